@@ -1,0 +1,1 @@
+//! Orthophotos to store, in parallel, resumable.

@@ -1,0 +1,50 @@
+//! Exit codes and failures with their stable code words.
+
+use std::process::ExitCode;
+
+/// How a command ended. Exit code 2 is also what clap uses for bad usage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// 0: done.
+    Done,
+    /// 1: failed, or only partly done.
+    Failed,
+    /// 2: bad usage, or nothing usable in the input.
+    Unusable,
+    /// 3: no fix, or verification failed.
+    NoFix,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(match exit {
+            Exit::Done => 0,
+            Exit::Failed => 1,
+            Exit::Unusable => 2,
+            Exit::NoFix => 3,
+        })
+    }
+}
+
+/// A command that could not do its work.
+#[derive(Debug)]
+pub struct Failure {
+    /// What the program exits with.
+    pub exit: Exit,
+    /// A stable word for scripts.
+    pub code: &'static str,
+    /// What happened, the file, and the remedy.
+    pub error: anyhow::Error,
+}
+
+impl Failure {
+    /// A failure of the input: exit code 2.
+    pub fn unusable(code: &'static str, error: impl Into<anyhow::Error>) -> Self {
+        Self { exit: Exit::Unusable, code, error: error.into() }
+    }
+
+    /// A failure of the work: exit code 1.
+    pub fn failed(code: &'static str, error: impl Into<anyhow::Error>) -> Self {
+        Self { exit: Exit::Failed, code, error: error.into() }
+    }
+}

@@ -1,0 +1,20 @@
+//! overfly: the tile database that lets an aircraft fly without GPS.
+//!
+//! Orthophotos become a tiled, descriptor-indexed GeoPackage; a camera frame is located on it. See ARCHITECTURE.md
+//! for the map of the modules, bottom first.
+
+pub mod build;
+pub mod camera;
+pub mod coupling;
+pub mod feature;
+pub mod geodesy;
+pub mod locate;
+pub mod pixels;
+pub mod raster;
+pub mod region;
+pub mod registration;
+pub mod report;
+pub mod server;
+pub mod store;
+pub mod tile;
+pub mod trial;

@@ -1,0 +1,1 @@
+//! The HTTP service: preflight and onboard routers.

@@ -1,0 +1,1 @@
+//! Scoring against truth: evaluate, calibrate, experiment.
