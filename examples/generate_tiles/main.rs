@@ -1,0 +1,74 @@
+//! Draws the landscape of `tiles/`: an invented piece of farmland in two epochs as orthophotos, and a flight over the
+//! second epoch, exact in every number.
+//!
+//! `cargo run --release --example generate_tiles -- --out tiles` writes the same files for the same seed.
+
+mod canvas;
+mod curve;
+mod flight;
+mod ground;
+mod noise;
+mod objects;
+mod parcels;
+mod scene;
+mod survey;
+mod utm;
+
+use canvas::{Canvas, Sun};
+use clap::Parser;
+use scene::{SIZE_M, Scene};
+use std::path::PathBuf;
+use survey::Radiometry;
+
+/// Draws the landscape of `tiles/`.
+#[derive(Parser)]
+struct Args {
+    /// Folder to write to.
+    #[arg(long, default_value = "tiles")]
+    out: PathBuf,
+    /// Another seed is another landscape.
+    #[arg(long, default_value_t = 7)]
+    seed: u64,
+}
+
+fn draw(scene: &Scene, epoch: usize) -> Canvas {
+    let mut canvas = Canvas::paint(SIZE_M, |x, y| ground::ground(scene, epoch, x, y));
+    for tree in scene.trees(epoch) {
+        tree.draw(&mut canvas, scene.seed, epoch);
+    }
+    for (building, _) in scene.buildings.iter().filter(|(_, stands)| stands[epoch]) {
+        building.draw(&mut canvas, scene.seed + 60);
+    }
+    canvas
+}
+
+fn main() -> anyhow::Result<()> {
+    let args = Args::parse();
+    let scene = Scene::plan(args.seed);
+
+    let mut early_summer = draw(&scene, 0);
+    early_summer.light(Sun { azimuth_deg: 128.0, elevation_deg: 52.0 });
+    let clear = Radiometry { gain: [1.02, 1.0, 0.97], gamma: 0.95, haze: 0.05, noise: 1.6 };
+    let warmer = Radiometry { gain: [1.07, 1.02, 0.95], gamma: 0.92, haze: 0.07, noise: 1.6 };
+    survey::write(&early_summer, (0, 1400), clear, args.seed + 1, 72, &args.out.join("epoch_1/west.jpg"))?;
+    survey::write(&early_summer, (1160, 2560), warmer, args.seed + 2, 72, &args.out.join("epoch_1/east.jpg"))?;
+    drop(early_summer);
+
+    let autumn = draw(&scene, 1);
+    let relit = |sun| {
+        let mut lit = Canvas { colours: autumn.colours.clone(), heights_m: autumn.heights_m.clone(), ..autumn };
+        lit.light(sun);
+        lit
+    };
+    let hazy = Radiometry { gain: [1.0, 0.98, 1.0], gamma: 1.05, haze: 0.14, noise: 2.0 };
+    let morning = relit(Sun { azimuth_deg: 152.0, elevation_deg: 38.0 });
+    survey::write(&morning, (0, SIZE_M[0] as usize), hazy, args.seed + 3, 72, &args.out.join("epoch_2/whole.jpg"))?;
+    drop(morning);
+
+    // The flight comes in the afternoon of that season, so no map shows its shadows.
+    let afternoon = relit(Sun { azimuth_deg: 228.0, elevation_deg: 36.0 });
+    let camera = Radiometry { gain: [1.05, 1.0, 0.93], gamma: 1.0, haze: 0.08, noise: 3.0 };
+    let frames = flight::fly(&afternoon, camera, args.seed + 4, &args.out.join("flight"))?;
+    println!("{frames} frames and two epochs in {}", args.out.display());
+    Ok(())
+}
