@@ -1,6 +1,7 @@
 //! From a prior to a fix: region, candidate tiles, registration, `Fix` or `NoFix`.
 
 mod answer;
+pub mod candidates;
 
 pub use answer::{Answer, Fix, NoFix, Reason};
 

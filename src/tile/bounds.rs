@@ -27,7 +27,7 @@ impl MercatorBounds {
 }
 
 /// An extent in degrees, west to east; never crosses the antimeridian (a tile cannot).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, utoipa::ToSchema)]
 pub struct GeodeticBounds {
     /// Western edge, degrees.
     pub west: f64,

@@ -1,0 +1,344 @@
+//! `Region`: the set of ground to search.
+
+use super::normal::{PlaneNormal, REACH_SIGMA, edge_probability};
+use super::outline::{Piece, dilated_ellipse, rectangle};
+use super::polygon::{Rectangle, Vertex, clip, weighted_area};
+use super::{ImageOnGround, Uncertainty};
+use crate::coupling::{nominal_count_sequential, region_edges_m};
+use crate::geodesy::{Enu, GeodesyError, Geodetic, LocalFrame, MercatorPoint, SEMI_MAJOR_M, WORLD_M, ground_scale};
+use crate::tile::MercatorBounds;
+use std::f64::consts::{PI, TAU};
+
+/// How far a region may reach from its centre, metres. Keeps the local plane true to 0.04 % and, from the last
+/// latitude served, the pole outside.
+pub const MAX_REACH_M: f64 = 300_000.0;
+
+/// Standard deviations of the 99.7 % ellipse of a plane normal distribution: sqrt(-2 ln 0.003).
+pub const SIGMAS: f64 = 3.408_560_690_471_574;
+
+/// Pieces of the edge are halved until they are this straight, in parts of the region's extent, or this often.
+const STRAIGHTNESS: f64 = 1e-4;
+const MAX_HALVINGS: u32 = 6;
+
+/// Why a region cannot be drawn.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RegionError {
+    /// A length, angle or correlation out of its range.
+    #[error("{name} = {value}: expected {expected}")]
+    Parameter {
+        /// Its name as callers spell it.
+        name: &'static str,
+        /// What was given; radians for `heading_rad`.
+        value: f64,
+        /// What is accepted.
+        expected: &'static str,
+    },
+    /// Larger than any search.
+    #[error(
+        "the region reaches {reach_m:.0} m from its centre, the limit is {MAX_REACH_M} m: state less drift or uncertainty"
+    )]
+    Reach {
+        /// From the centre to the farthest point that counts, metres.
+        reach_m: f64,
+    },
+    /// The centre has no place in the tile matrix.
+    #[error(transparent)]
+    Position(#[from] GeodesyError),
+}
+
+impl RegionError {
+    /// A stable word for scripts.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Parameter { .. } => "parameter_out_of_range",
+            Self::Reach { .. } => "region_too_large",
+            Self::Position(_) => "position_out_of_range",
+        }
+    }
+}
+
+/// A region on the ground. The image's centre is uniform over a sequential region; a covariance's region is the
+/// 99.7 % ellipse dilated by the image's footprint, and its probability is the normal distribution's own.
+#[derive(Debug, Clone)]
+pub struct Region {
+    centre: MercatorPoint,
+    frame: LocalFrame,
+    /// The edge, counterclockwise, Mercator metres from `centre`; straight between vertices to within `margin_m`.
+    ring: Vec<Vertex>,
+    margin_m: f64,
+    nominal_count: f64,
+    chance: Chance,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Chance {
+    /// Uniform: total ground area, m^2.
+    Uniform { area_m2: f64 },
+    /// Normal, of no account outside `support` (Mercator metres from the centre).
+    Normal { normal: PlaneNormal, support: Rectangle },
+}
+
+impl Region {
+    /// The region about `centre`. Sizes in true metres; it may cross the antimeridian, and what lies beyond 85.05
+    /// degrees belongs to it though no tile does.
+    ///
+    /// # Errors
+    /// The centre beyond 85.05 degrees; sizes not positive, not finite; drift or inaccuracy negative; correlation
+    /// outside (-1, 1); a reach beyond [`MAX_REACH_M`].
+    ///
+    /// # References
+    /// Equation 3 for the rectangle.
+    pub fn new(centre: Geodetic, image: ImageOnGround, uncertainty: Uncertainty) -> Result<Self, RegionError> {
+        check(image, uncertainty)?;
+        let mercator = MercatorPoint::from_geodetic(centre)?;
+        let frame = LocalFrame::at(centre);
+        let (pieces, nominal_count, reach_m) = edge(image, uncertainty);
+        if reach_m.is_nan() || reach_m > MAX_REACH_M {
+            return Err(RegionError::Reach { reach_m });
+        }
+        let (ring, margin_m) = ring(&frame, mercator, &pieces);
+        let chance = match uncertainty {
+            Uncertainty::Sequential { .. } => {
+                Chance::Uniform { area_m2: weighted_area(&ring, |y| ground_area_scale(mercator.y_m + y)) }
+            }
+            Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => Chance::Normal {
+                normal: PlaneNormal::new(sigma_east_m, sigma_north_m, correlation),
+                support: support(&frame, mercator, sigma_east_m, sigma_north_m),
+            },
+        };
+        Ok(Self { centre: mercator, frame, ring, margin_m, nominal_count, chance })
+    }
+
+    /// 𝒩: the area of the region over the area of one image; equation 3 for the sequential mode.
+    pub fn nominal_count(&self) -> f64 {
+        self.nominal_count
+    }
+
+    /// The smallest Mercator extent that holds the region, within 85.05 degrees; x may run past the antimeridian on
+    /// either side.
+    pub fn mercator_bounds(&self) -> MercatorBounds {
+        let r = Rectangle::around(&self.ring).expect("a ring has vertices").grown(self.margin_m);
+        let within = |y: f64| (self.centre.y_m + y).clamp(-WORLD_M / 2.0, WORLD_M / 2.0);
+        MercatorBounds {
+            min_x_m: self.centre.x_m + r.min[0],
+            min_y_m: within(r.min[1]),
+            max_x_m: self.centre.x_m + r.max[0],
+            max_y_m: within(r.max[1]),
+        }
+    }
+
+    /// Whether an extent (of a tile) meets the region. Errs only on the side of yes, by less than 1 part in 1000 of
+    /// the region's extent.
+    pub fn meets(&self, bounds: &MercatorBounds) -> bool {
+        self.copies(bounds).any(|r| !clip(&self.ring, r.grown(self.margin_m)).is_empty())
+    }
+
+    /// Probability in [0, 1] that the image's centre lies in an extent. Sums to one over the plane; correct to 1e-4.
+    pub fn probability(&self, bounds: &MercatorBounds) -> f64 {
+        let sum: f64 = match self.chance {
+            Chance::Uniform { area_m2 } => self
+                .copies(bounds)
+                .map(|r| weighted_area(&clip(&self.ring, r), |y| ground_area_scale(self.centre.y_m + y)) / area_m2)
+                .sum(),
+            Chance::Normal { normal, support } => self
+                .copies(bounds)
+                .filter_map(|r| r.intersection(support))
+                .map(|r| self.normal_probability(normal, r))
+                .sum(),
+        };
+        sum.clamp(0.0, 1.0)
+    }
+
+    /// The region as rings of (longitude, latitude) in degrees, counterclockwise and closed: one, or two where it
+    /// crosses the antimeridian (cut there, as RFC 7946 section 3.1.9 asks); cut at 85.05 degrees.
+    pub fn rings_deg(&self) -> Vec<Vec<[f64; 2]>> {
+        [-1.0, 0.0, 1.0]
+            .into_iter()
+            .filter_map(|world| {
+                let (x, y) = (self.centre.x_m - world * WORLD_M, self.centre.y_m);
+                let half = WORLD_M / 2.0;
+                let ring = clip(&self.ring, Rectangle { min: [-half - x, -half - y], max: [half - x, half - y] });
+                let mut degrees: Vec<[f64; 2]> =
+                    ring.iter().map(|v| degrees_from_mercator(v[0] + x, v[1] + y)).collect();
+                degrees.push(*degrees.first()?);
+                (weighted_area(&ring, |_| 1.0) > 0.0).then_some(degrees)
+            })
+            .collect()
+    }
+
+    /// How far an extent's centre lies from the region's, true metres east and north by the scale at the centre.
+    pub fn distance_m(&self, bounds: &MercatorBounds) -> f64 {
+        let scale = ground_scale(latitude_rad(self.centre.y_m));
+        let x = (bounds.min_x_m + bounds.max_x_m) / 2.0 - self.centre.x_m;
+        let x = x - (x / WORLD_M).round() * WORLD_M;
+        let y = (bounds.min_y_m + bounds.max_y_m) / 2.0 - self.centre.y_m;
+        (x * scale.east).hypot(y * scale.north)
+    }
+
+    /// An extent as seen from the centre, once for each turn about the world on which it can be near.
+    fn copies(&self, b: &MercatorBounds) -> impl Iterator<Item = Rectangle> + use<> {
+        let (min, max) = (
+            [b.min_x_m - self.centre.x_m, b.min_y_m - self.centre.y_m],
+            [b.max_x_m - self.centre.x_m, b.max_y_m - self.centre.y_m],
+        );
+        [-1.0, 0.0, 1.0].into_iter().filter_map(move |world| {
+            let x = world * WORLD_M;
+            let copy = Rectangle { min: [min[0] + x, min[1]], max: [max[0] + x, max[1]] };
+            // Nothing that counts reaches half the world: at 300 km from 85.05 degrees it spans a fifth.
+            (copy.max[0] > -WORLD_M / 2.0 && copy.min[0] < WORLD_M / 2.0).then_some(copy)
+        })
+    }
+
+    fn normal_probability(&self, normal: PlaneNormal, r: Rectangle) -> f64 {
+        let corners = [r.min, [r.max[0], r.min[1]], r.max, [r.min[0], r.max[1]]];
+        let whitened = |v: Vertex| {
+            let (x_m, y_m) = (self.centre.x_m + v[0], self.centre.y_m + v[1]);
+            let point = MercatorPoint { x_m, y_m }.to_geodetic().expect("finite coordinates have a position");
+            let enu = self.frame.enu_from_geodetic(point);
+            normal.whitened([enu.east_m, enu.north_m])
+        };
+        let bow = 1e-3 * normal.minor_sigma_m();
+        (0..4)
+            .map(|i| {
+                let piece = Piece::Straight { start: corners[i], end: corners[(i + 1) % 4] };
+                let steps = steps_until_straight(piece, bow, |v| {
+                    let w = whitened(v);
+                    normal.offset(w[0], w[1])
+                });
+                let at = |step: usize| whitened(piece.at(step as f64 / steps as f64));
+                let mut start = at(0);
+                let mut sum = 0.0;
+                for step in 1..=steps {
+                    let end = at(step);
+                    sum += edge_probability(start, end);
+                    start = end;
+                }
+                sum
+            })
+            .sum()
+    }
+}
+
+/// The edge in the local plane, 𝒩, and how far from the centre anything counts.
+fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64, f64) {
+    let ImageOnGround { across_m, along_m, heading_rad } = image;
+    match uncertainty {
+        Uncertainty::Sequential { inaccuracy_m, drift_m } => {
+            let (width_m, length_m) = region_edges_m(across_m, along_m, inaccuracy_m, drift_m);
+            let count = nominal_count_sequential(across_m, along_m, inaccuracy_m, drift_m);
+            (rectangle(width_m, length_m, heading_rad), count, width_m.hypot(length_m) / 2.0)
+        }
+        Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
+            let normal = PlaneNormal::new(sigma_east_m, sigma_north_m, correlation);
+            // Area of a Minkowski sum: both areas and each side times how far the ellipse reaches beyond it.
+            let beyond = |n: Vertex| {
+                let w = normal.whitened_normal(n);
+                SIGMAS * w[0].hypot(w[1])
+            };
+            let (sin, cos) = heading_rad.sin_cos();
+            let area_m2 = PI * SIGMAS * SIGMAS * normal.axes_product_m2()
+                + across_m * along_m
+                + 2.0 * across_m * beyond([sin, cos])
+                + 2.0 * along_m * beyond([cos, -sin]);
+            let reach_m = REACH_SIGMA * sigma_east_m.hypot(sigma_north_m) + across_m.hypot(along_m) / 2.0;
+            let pieces = dilated_ellipse(normal, SIGMAS, across_m, along_m, heading_rad);
+            (pieces, area_m2 / (across_m * along_m), reach_m)
+        }
+    }
+}
+
+fn check(image: ImageOnGround, uncertainty: Uncertainty) -> Result<(), RegionError> {
+    const LENGTH: &str = "metres, more than 0 and finite";
+    const NOT_NEGATIVE: &str = "metres, at least 0 and finite";
+    let require = |name, value: f64, accepted: bool, expected| {
+        if accepted && value.is_finite() { Ok(()) } else { Err(RegionError::Parameter { name, value, expected }) }
+    };
+    let positive = |name, value: f64| require(name, value, value > 0.0, LENGTH);
+    let not_negative = |name, value: f64| require(name, value, value >= 0.0, NOT_NEGATIVE);
+    positive("across_m", image.across_m)?;
+    positive("along_m", image.along_m)?;
+    require("heading_rad", image.heading_rad, true, "a finite angle")?;
+    match uncertainty {
+        Uncertainty::Sequential { inaccuracy_m, drift_m } => {
+            not_negative("inaccuracy_m", inaccuracy_m)?;
+            not_negative("drift_m", drift_m)
+        }
+        Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
+            positive("sigma_east_m", sigma_east_m)?;
+            positive("sigma_north_m", sigma_north_m)?;
+            // Beyond six nines the ellipse is a line to double precision.
+            require("correlation", correlation, correlation.abs() <= 0.999_999, "a number in [-0.999999, 0.999999]")
+        }
+    }
+}
+
+/// The edge as a ring of the Mercator plane about `centre`, and twice the farthest that it bows from its chords.
+fn ring(frame: &LocalFrame, centre: MercatorPoint, pieces: &[Piece]) -> (Vec<Vertex>, f64) {
+    let project = |v: Vertex| mercator_offset(frame, centre, v);
+    let extent = pieces.iter().map(|p| project(p.at(0.0))).map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
+    let mut ring = Vec::with_capacity(64);
+    let mut bow_m: f64 = 0.0;
+    for &piece in pieces {
+        let steps = steps_until_straight(piece, STRAIGHTNESS * extent, project);
+        ring.extend((0..steps).map(|step| project(piece.at(step as f64 / steps as f64))));
+        bow_m = bow_m.max(largest_bow(piece, steps, project));
+    }
+    // A micrometre more than the rounding of Mercator coordinates (4 nm) and of the local frame.
+    (ring, 2.0 * bow_m + 1e-6)
+}
+
+/// Into how many equal parts a piece is cut so that each, seen through `project`, is straight to within `tolerance`.
+fn steps_until_straight(piece: Piece, tolerance: f64, project: impl Fn(Vertex) -> Vertex) -> usize {
+    (0..MAX_HALVINGS)
+        .map(|halvings| 1 << halvings)
+        .find(|&steps| largest_bow(piece, steps, &project) <= tolerance)
+        .unwrap_or(1 << MAX_HALVINGS)
+}
+
+/// Farthest that the middle of a part lies from the middle of its chord.
+fn largest_bow(piece: Piece, steps: usize, project: impl Fn(Vertex) -> Vertex) -> f64 {
+    let at = |part: f64| project(piece.at(part / steps as f64));
+    (0..steps)
+        .map(|step| {
+            let step = step as f64;
+            let (start, middle, end) = (at(step), at(step + 0.5), at(step + 1.0));
+            (middle[0] - (start[0] + end[0]) / 2.0).hypot(middle[1] - (start[1] + end[1]) / 2.0)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// An offset in the local plane as an offset in the Mercator plane. Goes on beyond 85.05 degrees, where the formula
+/// holds up to the pole.
+fn mercator_offset(frame: &LocalFrame, centre: MercatorPoint, offset: Vertex) -> Vertex {
+    let point = frame
+        .geodetic_from_enu(Enu { east_m: offset[0], north_m: offset[1] })
+        .expect("a region's reach is far inside the horizon of its frame");
+    let turn = point.longitude_rad() - frame.origin().longitude_rad();
+    let turn = turn - (turn / TAU).round() * TAU;
+    [SEMI_MAJOR_M * turn, SEMI_MAJOR_M * point.latitude_rad().tan().asinh() - centre.y_m]
+}
+
+/// A Mercator rectangle outside which a normal distribution is of no account.
+fn support(frame: &LocalFrame, centre: MercatorPoint, sigma_east_m: f64, sigma_north_m: f64) -> Rectangle {
+    let edge = rectangle(2.0 * REACH_SIGMA * sigma_east_m, 2.0 * REACH_SIGMA * sigma_north_m, 0.0);
+    let (ring, margin_m) = ring(frame, centre, &edge);
+    Rectangle::around(&ring).expect("a ring has vertices").grown(margin_m)
+}
+
+fn latitude_rad(y_m: f64) -> f64 {
+    (y_m / SEMI_MAJOR_M).sinh().atan()
+}
+
+/// True square metres in a square metre of the projection.
+fn ground_area_scale(y_m: f64) -> f64 {
+    let scale = ground_scale(latitude_rad(y_m));
+    scale.east * scale.north
+}
+
+/// Unlike `MercatorPoint::to_geodetic`, x = half a world stays 180 degrees.
+fn degrees_from_mercator(x_m: f64, y_m: f64) -> [f64; 2] {
+    [(x_m / SEMI_MAJOR_M).to_degrees().clamp(-180.0, 180.0), latitude_rad(y_m).to_degrees()]
+}
+
+#[cfg(test)]
+mod tests;
