@@ -1,0 +1,215 @@
+//! Opening the SQLite file: to read, to read immutable, to write.
+
+use super::geometry::register_functions;
+use super::{StoreError, migration};
+use rusqlite::{Connection, OpenFlags};
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// "GPKG" in the header (OGC 12-128r18, requirement 2).
+pub const APPLICATION_ID: i32 = 0x4750_4B47;
+/// GeoPackage 1.3.
+pub const USER_VERSION: i32 = 10300;
+/// Tiles are tens of kilobytes: larger pages mean shorter overflow chains.
+const PAGE_SIZE: u32 = 16384;
+/// How long to wait for another program's transaction.
+const BUSY: Duration = Duration::from_secs(20);
+
+/// How a store is opened for reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// With locks: another program may write to it meanwhile.
+    Shared,
+    /// Without locks or side files: nobody writes to it.
+    Immutable,
+}
+
+/// A connection that cannot write.
+///
+/// # Errors
+/// Where the file is absent, no store, of another format, or (immutable) has an unfinished side file.
+pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> {
+    check_file(path)?;
+    let connection = match access {
+        Access::Shared => open_shared(path)?,
+        Access::Immutable => {
+            refuse_side_files(path)?;
+            let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+            Connection::open_with_flags(immutable_uri(path), flags).map_err(|e| StoreError::sqlite(path, e))?
+        }
+    };
+    prepare_read(&connection).map_err(|e| StoreError::sqlite(path, e))?;
+    migration::require_current(store_version(&connection, path)?, path)?;
+    Ok(connection)
+}
+
+/// A connection to a file that exists already and is known to be a store: for a pool.
+///
+/// # Errors
+/// Where SQLite cannot open it.
+pub fn reopen_read(path: &Path, access: Access) -> Result<Connection, StoreError> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let opened = match access {
+        Access::Shared => Connection::open_with_flags(path, flags),
+        Access::Immutable => Connection::open_with_flags(immutable_uri(path), flags | OpenFlags::SQLITE_OPEN_URI),
+    };
+    let fail = |e| StoreError::sqlite(path, e);
+    let connection = opened.map_err(fail)?;
+    prepare_read(&connection).map_err(fail)?;
+    Ok(connection)
+}
+
+fn prepare_read(connection: &Connection) -> rusqlite::Result<()> {
+    connection.busy_timeout(BUSY)?;
+    connection.set_prepared_statement_cache_capacity(64);
+    connection.execute_batch("PRAGMA query_only = 1; PRAGMA trusted_schema = 0; PRAGMA cell_size_check = 1")
+}
+
+/// Opens read-only; where a killed build left a hot journal, lets SQLite roll it back first.
+fn open_shared(path: &Path) -> Result<Connection, StoreError> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let open = || -> rusqlite::Result<Connection> {
+        let connection = Connection::open_with_flags(path, flags)?;
+        connection.busy_timeout(BUSY)?;
+        connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
+        Ok(connection)
+    };
+    let named = |e| StoreError::sqlite(path, e);
+    match open().map_err(named) {
+        Err(StoreError::HotJournal { .. }) => {
+            roll_back(path).map_err(|_| StoreError::HotJournal { path: path.into() })?;
+            open().map_err(named)
+        }
+        other => other,
+    }
+}
+
+fn roll_back(path: &Path) -> rusqlite::Result<()> {
+    let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
+    connection.busy_timeout(BUSY)?;
+    connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))
+}
+
+/// A connection that writes to a store that exists, migrated to this program's format.
+///
+/// # Errors
+/// As [`open_read`], and where the file may not be written.
+pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
+    check_file(path)?;
+    let fail = |e| StoreError::sqlite(path, e);
+    let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE).map_err(fail)?;
+    prepare_write(&connection).map_err(fail)?;
+    let version = store_version(&connection, path)?;
+    if version < migration::FORMAT_VERSION {
+        let transaction = connection.unchecked_transaction().map_err(fail)?;
+        migration::migrate(&transaction, version).map_err(fail)?;
+        transaction.commit().map_err(fail)?;
+    } else {
+        migration::require_current(version, path)?;
+    }
+    Ok(connection)
+}
+
+/// Makes an empty store at `path` and opens it for writing. It comes into being whole, by a rename.
+///
+/// # Errors
+/// Where the folder may not be written or the disk is full.
+pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
+    let mut name = path.as_os_str().to_os_string();
+    name.push("-new");
+    let draft = PathBuf::from(name);
+    let outcome = create_draft(&draft, contract)
+        .map_err(|e| StoreError::sqlite(path, e))
+        .and_then(|()| std::fs::rename(&draft, path).map_err(|e| StoreError::io(path, e)));
+    if outcome.is_err() {
+        // The draft is worthless; the first failure is the one to report.
+        let _ = std::fs::remove_file(&draft);
+    }
+    outcome?;
+    open_write(path)
+}
+
+fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()> {
+    // A draft that a killed build left is worthless; where there is none, that is well too.
+    let _ = std::fs::remove_file(draft);
+    let connection = Connection::open(draft)?;
+    connection.pragma_update(None, "page_size", PAGE_SIZE)?;
+    prepare_write(&connection)?;
+    connection.pragma_update(None, "application_id", APPLICATION_ID)?;
+    connection.pragma_update(None, "user_version", USER_VERSION)?;
+    let transaction = connection.unchecked_transaction()?;
+    migration::migrate(&transaction, 0)?;
+    transaction.execute("INSERT INTO overfly_store (id, descriptor_contract) VALUES (1, ?1)", [contract])?;
+    transaction.commit()?;
+    connection.close().map_err(|(_, error)| error)
+}
+
+fn prepare_write(connection: &Connection) -> rusqlite::Result<()> {
+    connection.busy_timeout(BUSY)?;
+    connection.set_prepared_statement_cache_capacity(64);
+    register_functions(connection)?;
+    // Without cache spill the file is locked for others only while a transaction commits.
+    connection.execute_batch(
+        "PRAGMA journal_mode = DELETE; PRAGMA synchronous = NORMAL; PRAGMA cache_spill = 0; PRAGMA trusted_schema = 0;
+         PRAGMA foreign_keys = 0; PRAGMA temp_store = MEMORY",
+    )
+}
+
+/// Clear words for what is plainly no store. Opens no file of its own: closing one would drop the locks that SQLite's
+/// other connections in this process hold on it.
+fn check_file(path: &Path) -> Result<(), StoreError> {
+    let not = |found: &str| StoreError::NotAStore { path: path.into(), found: found.into() };
+    let metadata = std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?;
+    if !metadata.is_file() {
+        return Err(not("no regular file"));
+    }
+    if metadata.len() == 0 {
+        return Err(not("an empty file"));
+    }
+    Ok(())
+}
+
+/// The version of an opened file that is a GeoPackage of overfly's.
+fn store_version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
+    let not = |found: &str| StoreError::NotAStore { path: path.into(), found: found.into() };
+    let application: i32 = connection
+        .query_row("PRAGMA application_id", [], |row| row.get(0))
+        .map_err(|e| StoreError::sqlite(path, e))?;
+    match migration::version_of(connection, path)? {
+        Some(0) => Err(not("an empty database")),
+        Some(version) if application == APPLICATION_ID => Ok(version),
+        _ if application == APPLICATION_ID => Err(not("a GeoPackage of another program")),
+        _ => Err(not("an SQLite file, but no GeoPackage")),
+    }
+}
+
+/// The `-wal` and `-journal` names beside a store.
+pub fn side_files(path: &Path) -> [PathBuf; 2] {
+    ["-wal", "-journal"].map(|suffix| {
+        let mut name = path.as_os_str().to_os_string();
+        name.push(suffix);
+        PathBuf::from(name)
+    })
+}
+
+fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
+    for side in side_files(path) {
+        if std::fs::metadata(&side).is_ok_and(|m| m.len() > 0) {
+            return Err(StoreError::SideFile { side });
+        }
+    }
+    Ok(())
+}
+
+fn immutable_uri(path: &Path) -> String {
+    let mut uri = String::from(if path.is_absolute() { "file://" } else { "file:" });
+    for &byte in path.as_os_str().as_bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'.' | b'_' | b'-' => uri.push(char::from(byte)),
+            _ => uri.push_str(&format!("%{byte:02X}")),
+        }
+    }
+    uri.push_str("?immutable=1");
+    uri
+}

@@ -1,0 +1,98 @@
+//! What is hashed, and how: tiles, layers, the whole store. Never paths, page layout, row order or time of build.
+
+use super::Source;
+use super::footprint::{self, Footprint};
+use blake3::Hasher;
+use rusqlite::Connection;
+
+/// Bytes as hexadecimal.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// The hash of a tile's content: its image as encoded (which holds its mask) and its descriptors.
+pub fn content_hash(media_type: &str, image: &[u8], descriptors: &[u8]) -> [u8; 32] {
+    let mut hasher = Hasher::new_derive_key("overfly tile content 1");
+    for part in [media_type.as_bytes(), image, descriptors] {
+        text(&mut hasher, part);
+    }
+    hasher.finalize().into()
+}
+
+/// The digest of the whole store: its contract and each finished layer's digest, by name.
+pub fn store_digest<'a>(contract: &str, layers: impl Iterator<Item = (&'a str, [u8; 32])>) -> [u8; 32] {
+    let mut hasher = Hasher::new_derive_key("overfly store digest 1");
+    text(&mut hasher, contract.as_bytes());
+    for (name, digest) in layers {
+        text(&mut hasher, name.as_bytes());
+        hasher.update(&digest);
+    }
+    hasher.finalize().into()
+}
+
+/// The digest of a layer, read from its rows.
+pub(super) fn layer_digest(
+    connection: &Connection,
+    name: &str,
+    base_zoom: u8,
+    min_zoom: u8,
+    sources: &[Source],
+) -> rusqlite::Result<[u8; 32]> {
+    let mut hasher = Hasher::new_derive_key("overfly layer digest 1");
+    text(&mut hasher, name.as_bytes());
+    hasher.update(&[base_zoom, min_zoom]);
+    let mut sorted: Vec<_> = sources.iter().collect();
+    sorted.sort_by_key(|s| s.content_hash);
+    hasher.update(&(sorted.len() as u64).to_le_bytes());
+    for source in sorted {
+        hash_source(&mut hasher, source);
+    }
+    let sql = format!(
+        "SELECT {} FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
+        footprint::COLUMNS
+    );
+    let mut statement = connection.prepare(&sql)?;
+    for row in statement.query_map([name], footprint::read)? {
+        hash_footprint(&mut hasher, &row?);
+    }
+    Ok(hasher.finalize().into())
+}
+
+/// Adds what of a source decides a tile's pixels and its row: content, date, stated CRS, stretch and error.
+pub fn hash_source(hasher: &mut Hasher, source: &Source) {
+    hasher.update(&source.content_hash);
+    optional(hasher, source.acquired.as_deref());
+    hasher.update(&source.crs_epsg.map_or([0xff; 8], |code| u64::from(code).to_le_bytes()));
+    let (low, high) = source.stretch.unwrap_or((f64::NAN, f64::NAN));
+    for value in [low, high, source.horizontal_error_m] {
+        hasher.update(&value.to_bits().to_le_bytes());
+    }
+}
+
+fn hash_footprint(hasher: &mut Hasher, footprint: &Footprint) {
+    let tile = footprint.tile;
+    hasher.update(&[tile.zoom()]);
+    hasher.update(&tile.row().to_le_bytes());
+    hasher.update(&tile.column().to_le_bytes());
+    hasher.update(&footprint.content_hash);
+    optional(hasher, footprint.acquired.as_deref());
+    for value in [footprint.valid_fraction, footprint.horizontal_error_m, footprint.distinctiveness] {
+        hasher.update(&value.to_bits().to_le_bytes());
+    }
+    hasher.update(&footprint.keypoints.to_le_bytes());
+    text(hasher, footprint.sources.as_bytes());
+}
+
+fn optional(hasher: &mut Hasher, value: Option<&str>) {
+    match value {
+        Some(value) => text(hasher, value.as_bytes()),
+        None => {
+            hasher.update(&u64::MAX.to_le_bytes());
+        }
+    }
+}
+
+fn text(hasher: &mut Hasher, bytes: &[u8]) {
+    hasher.update(&(bytes.len() as u64).to_le_bytes());
+    hasher.update(bytes);
+}

@@ -1,0 +1,227 @@
+//! `StoreError`: why a store cannot be opened, read or written, and what to do about it.
+
+use crate::tile::TileId;
+use std::path::{Path, PathBuf};
+
+/// Why a store cannot be opened, read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// No such file.
+    #[error("{path}: there is no such file; make a store with `overfly build --db {path} SOURCE...`", path = path.display())]
+    Missing {
+        /// What was asked for.
+        path: PathBuf,
+    },
+    /// A file that is something else.
+    #[error("{path}: not an overfly store: {found}; make one with `overfly build --db FILE SOURCE...`", path = path.display())]
+    NotAStore {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead.
+        found: String,
+    },
+    /// A build was begun and not ended.
+    #[error("{path}: unfinished build of layer {layer}: run the same `overfly build` again, it goes on where it stopped", path = path.display())]
+    Unfinished {
+        /// The store.
+        path: PathBuf,
+        /// The layer, or several.
+        layer: String,
+    },
+    /// A layer that a build has put nothing into yet, or none at all.
+    #[error("{path}: the store holds no layer; fill it with `overfly build --db {path} SOURCE...`", path = path.display())]
+    NoLayers {
+        /// The store.
+        path: PathBuf,
+    },
+    /// Made by a newer program.
+    #[error("{path}: store format {found} is newer than this program's, {known}: use a newer overfly", path = path.display())]
+    NewerFormat {
+        /// The store.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+        /// The newest this program knows.
+        known: u32,
+    },
+    /// Made by an older program and not migrated.
+    #[error("{path}: store format {found} is older than this program's, {known}: any `overfly build --db {path}` migrates it", path = path.display())]
+    OlderFormat {
+        /// The store.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+        /// This program's.
+        known: u32,
+    },
+    /// Tiles described in another way than this program describes frames.
+    #[error("{path}: its descriptors follow the contract {found}, this program's follow {expected}: build the store anew with this program", path = path.display())]
+    OtherContract {
+        /// The store.
+        path: PathBuf,
+        /// Its contract.
+        found: String,
+        /// This program's.
+        expected: String,
+    },
+    /// A journal or log beside a store that is opened immutable.
+    #[error("{side}: a non-empty side file stands beside the store, so its last change is unfinished: run the same `overfly build` again where it can be written, then copy the store", side = side.display())]
+    SideFile {
+        /// The side file.
+        side: PathBuf,
+    },
+    /// An interrupted write that cannot be rolled back here.
+    #[error("{path}: an interrupted build left a journal that cannot be rolled back here: run `overfly build` again, or make file and folder writable", path = path.display())]
+    HotJournal {
+        /// The store.
+        path: PathBuf,
+    },
+    /// No layer of that name.
+    #[error("{path}: no layer {name:?}; it has {known}", path = path.display())]
+    NoLayer {
+        /// The store.
+        path: PathBuf,
+        /// What was asked for.
+        name: String,
+        /// Those it has.
+        known: String,
+    },
+    /// A name that cannot name a layer.
+    #[error("{name:?} cannot name a layer: use 1 to 40 of a-z 0-9 _ -, a letter or digit first, and none of overfly_..., gpkg_..., rtree_..., sqlite_..., footprints")]
+    LayerName {
+        /// What was given.
+        name: String,
+    },
+    /// The file or its folder may not be read or written.
+    #[error("{path}: no permission ({reason}): make file and folder accessible, or choose another place", path = path.display())]
+    Denied {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// No room.
+    #[error("{path}: the disk is full; what was there before is untouched: make room and run the same command again, it goes on where it stopped", path = path.display())]
+    DiskFull {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Another program holds it.
+    #[error("{path}: another program is writing to it: wait for it, then run again", path = path.display())]
+    Busy {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Another build took this layer over.
+    #[error("{path}: another build of layer {layer} has begun meanwhile: let that one finish", path = path.display())]
+    Superseded {
+        /// The store.
+        path: PathBuf,
+        /// The layer.
+        layer: String,
+    },
+    /// The file contradicts itself.
+    #[error("{path}: damaged: {reason}; restore it from a copy or build it anew", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where and how.
+        reason: String,
+    },
+    /// One tile's bytes are not what they should be.
+    #[error("{path}: tile {tile} of layer {layer} is damaged: {reason}; `overfly verify` lists all such tiles, restore the store from a copy", path = path.display())]
+    DamagedTile {
+        /// The store.
+        path: PathBuf,
+        /// Which layer.
+        layer: String,
+        /// Which tile.
+        tile: TileId,
+        /// How.
+        reason: String,
+    },
+    /// The image encoder refused.
+    #[error("tile {tile} cannot be encoded: {reason}")]
+    Encode {
+        /// Which tile.
+        tile: TileId,
+        /// What the encoder says.
+        reason: String,
+    },
+    /// The system failed.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// SQLite failed in a way that has no name here.
+    #[error("{path}: {source}", path = path.display())]
+    Sqlite {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite says.
+        source: rusqlite::Error,
+    },
+}
+
+impl StoreError {
+    /// A stable code word.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Missing { .. } => "store_not_found",
+            Self::NotAStore { .. } => "not_a_store",
+            Self::Unfinished { .. } => "unfinished_build",
+            Self::NoLayers { .. } => "empty_store",
+            Self::NewerFormat { .. } => "newer_store",
+            Self::OlderFormat { .. } => "older_store",
+            Self::OtherContract { .. } => "other_contract",
+            Self::SideFile { .. } => "side_file",
+            Self::HotJournal { .. } => "unfinished_build",
+            Self::NoLayer { .. } => "no_such_layer",
+            Self::LayerName { .. } => "layer_name",
+            Self::Denied { .. } => "permission_denied",
+            Self::DiskFull { .. } => "disk_full",
+            Self::Busy { .. } => "store_busy",
+            Self::Superseded { .. } => "superseded",
+            Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
+            Self::Encode { .. } => "tile_encoding",
+            Self::Io { .. } => "io",
+            Self::Sqlite { .. } => "sqlite",
+        }
+    }
+
+    /// Names what SQLite reports about the file at `path`.
+    pub(crate) fn sqlite(path: &Path, source: rusqlite::Error) -> Self {
+        use rusqlite::ErrorCode as Code;
+        let path = path.to_path_buf();
+        let reason = source.to_string();
+        let extended = source.sqlite_error().map_or(0, |e| e.extended_code);
+        if extended == rusqlite::ffi::SQLITE_READONLY_ROLLBACK {
+            return Self::HotJournal { path };
+        }
+        match source.sqlite_error_code() {
+            Some(Code::NotADatabase) => Self::NotAStore { path, found: "not an SQLite file".into() },
+            Some(Code::DatabaseCorrupt) => Self::Damaged { path, reason },
+            Some(Code::DiskFull) => Self::DiskFull { path },
+            Some(Code::ReadOnly | Code::CannotOpen | Code::PermissionDenied) => Self::Denied { path, reason },
+            Some(Code::DatabaseBusy | Code::DatabaseLocked) => Self::Busy { path },
+            _ => Self::Sqlite { path, source },
+        }
+    }
+
+    /// Names what the file system reports about `path`.
+    pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let path = path.to_path_buf();
+        match source.kind() {
+            ErrorKind::NotFound => Self::Missing { path },
+            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+                Self::Denied { path, reason: source.to_string() }
+            }
+            ErrorKind::StorageFull => Self::DiskFull { path },
+            _ => Self::Io { path, source },
+        }
+    }
+}

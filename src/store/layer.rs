@@ -1,0 +1,95 @@
+//! `Layer`: one epoch of imagery, and how it may be named.
+
+use super::StoreError;
+use rusqlite::{Connection, Row};
+use serde::Serialize;
+use std::path::Path;
+
+/// One epoch of imagery: a tile table of its own.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Layer {
+    /// Its name, `ortho` by default.
+    pub name: String,
+    /// The finest level: what sources are warped to.
+    pub base_zoom: u8,
+    /// The coarsest overview.
+    pub min_zoom: u8,
+    /// Tiles at the base level.
+    pub base_tiles: u64,
+    /// Tiles at all levels.
+    pub tiles: u64,
+    /// Extent, degrees: west, south, east, north. West may exceed east: then it crosses the antimeridian.
+    pub bounds_deg: [f64; 4],
+    /// Earliest and latest acquisition date of its sources, where known.
+    pub acquired: Option<(String, String)>,
+    /// Whether its last build was finished; an unfinished layer answers nothing.
+    pub complete: bool,
+    /// BLAKE3 of its logical content, hexadecimal; `None` while it is unfinished.
+    pub digest: Option<String>,
+}
+
+/// Checks a layer's name: it also names its tile table.
+///
+/// # Errors
+/// [`StoreError::LayerName`].
+pub fn check_name(name: &str) -> Result<(), StoreError> {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit();
+    let shaped = (1..=40).contains(&name.len())
+        && name.starts_with(plain)
+        && name.chars().all(|c| plain(c) || c == '_' || c == '-');
+    let reserved = ["overfly_", "gpkg_", "rtree_", "sqlite_"].iter().any(|prefix| name.starts_with(prefix));
+    if shaped && !reserved && name != "footprints" { Ok(()) } else { Err(StoreError::LayerName { name: name.into() }) }
+}
+
+/// Every layer by name, finished or not.
+pub(super) fn load_all(connection: &Connection, path: &Path) -> Result<Vec<Layer>, StoreError> {
+    let fail = |e| StoreError::sqlite(path, e);
+    let mut statement = connection
+        .prepare(
+            "SELECT name, base_zoom, min_zoom, base_tiles, tiles, west_deg, south_deg, east_deg, north_deg, complete,
+                    digest,
+                    (SELECT min(acquired) FROM overfly_sources s WHERE s.layer = l.name),
+                    (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name)
+             FROM overfly_layers l ORDER BY name",
+        )
+        .map_err(fail)?;
+    let rows = statement.query_map([], read).map_err(fail)?;
+    let layers = rows.collect::<rusqlite::Result<Vec<_>>>().map_err(fail)?;
+    for layer in &layers {
+        check_name(&layer.name)
+            .map_err(|_| StoreError::Damaged { path: path.into(), reason: format!("a layer named {:?}", layer.name) })?;
+    }
+    Ok(layers)
+}
+
+fn read(row: &Row<'_>) -> rusqlite::Result<Layer> {
+    let first: Option<String> = row.get(11)?;
+    let last: Option<String> = row.get(12)?;
+    let digest: Option<[u8; 32]> = row.get(10)?;
+    Ok(Layer {
+        name: row.get(0)?,
+        base_zoom: row.get(1)?,
+        min_zoom: row.get(2)?,
+        base_tiles: row.get::<_, u32>(3)?.into(),
+        tiles: row.get::<_, u32>(4)?.into(),
+        bounds_deg: [row.get(5)?, row.get(6)?, row.get(7)?, row.get(8)?],
+        acquired: first.zip(last),
+        complete: row.get(9)?,
+        digest: digest.map(|d| super::digest::hex(&d)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_plain_names_only() {
+        for name in ["ortho", "2018", "epoch_2", "a-b"] {
+            assert!(check_name(name).is_ok(), "{name}");
+        }
+        for name in ["", "Ortho", "a b", "gpkg_contents", "overfly_layers", "footprints", "a\"; DROP", "-a"] {
+            assert!(check_name(name).is_err(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! `Source`: one orthophoto that a layer is made of, as declared.
+
+use rusqlite::types::Type;
+use rusqlite::{Connection, Row, params};
+use std::cmp::Ordering;
+use std::path::PathBuf;
+
+/// One orthophoto of a layer. Known by its content: the same bytes at another path are the same source.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// BLAKE3 of the file and of what stands beside it (world file, `.prj`).
+    pub content_hash: [u8; 32],
+    /// Where it was read, absolute.
+    pub path: PathBuf,
+    /// Acquisition date, ISO 8601, where known.
+    pub acquired: Option<String>,
+    /// EPSG code stated by the user over what the file says.
+    pub crs_epsg: Option<u32>,
+    /// Values shown as 0 and 255, where stated.
+    pub stretch: Option<(f64, f64)>,
+    /// One standard deviation per axis of its position, metres: as stated, plus what its CRS adds.
+    pub horizontal_error_m: f64,
+    /// Ground sample distance at its centre, true metres.
+    pub gsd_m_per_px: f64,
+    /// Its edge, not closed: longitude and latitude, degrees.
+    pub outline_deg: Vec<[f64; 2]>,
+}
+
+impl Source {
+    /// Which of two covers the other: the newest first, unknown dates last, ties by content hash.
+    pub fn covering_order(&self, other: &Self) -> Ordering {
+        other.acquired.cmp(&self.acquired).then_with(|| self.content_hash.cmp(&other.content_hash))
+    }
+}
+
+/// Where sources stand: those of finished layers, or those of a build under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Declared {
+    Finished,
+    Pending,
+}
+
+impl Declared {
+    fn table(self) -> &'static str {
+        match self {
+            Self::Finished => "overfly_sources",
+            Self::Pending => "overfly_pending_sources",
+        }
+    }
+}
+
+pub(super) fn load(connection: &Connection, layer: &str, declared: Declared) -> rusqlite::Result<Vec<Source>> {
+    let sql = format!(
+        "SELECT content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, horizontal_error_m, gsd_m_per_px,
+                outline
+         FROM {} WHERE layer = ?1 ORDER BY content_hash",
+        declared.table()
+    );
+    let mut statement = connection.prepare(&sql)?;
+    statement.query_map([layer], read)?.collect()
+}
+
+fn read(row: &Row<'_>) -> rusqlite::Result<Source> {
+    let low: Option<f64> = row.get(4)?;
+    let high: Option<f64> = row.get(5)?;
+    let outline: Vec<u8> = row.get(8)?;
+    let path: String = row.get(1)?;
+    Ok(Source {
+        content_hash: row.get(0)?,
+        path: path.into(),
+        acquired: row.get(2)?,
+        crs_epsg: row.get(3)?,
+        stretch: low.zip(high),
+        horizontal_error_m: row.get(6)?,
+        gsd_m_per_px: row.get(7)?,
+        outline_deg: outline_from_blob(&outline)
+            .ok_or_else(|| rusqlite::Error::FromSqlConversionFailure(8, Type::Blob, "an outline of odd length".into()))?,
+    })
+}
+
+pub(super) fn insert(connection: &Connection, layer: &str, declared: Declared, source: &Source) -> rusqlite::Result<()> {
+    let sql = format!(
+        "INSERT INTO {} (layer, content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, horizontal_error_m,
+                         gsd_m_per_px, outline)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+        declared.table()
+    );
+    connection.prepare_cached(&sql)?.execute(params![
+        layer,
+        source.content_hash,
+        source.path.to_string_lossy(),
+        source.acquired,
+        source.crs_epsg,
+        source.stretch.map(|s| s.0),
+        source.stretch.map(|s| s.1),
+        source.horizontal_error_m,
+        source.gsd_m_per_px,
+        outline_blob(&source.outline_deg),
+    ])?;
+    Ok(())
+}
+
+fn outline_blob(outline_deg: &[[f64; 2]]) -> Vec<u8> {
+    outline_deg.iter().flatten().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn outline_from_blob(blob: &[u8]) -> Option<Vec<[f64; 2]>> {
+    let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+    let points = blob.chunks_exact(16).map(|p| [number(&p[..8]), number(&p[8..])]).collect();
+    blob.len().is_multiple_of(16).then_some(points)
+}

@@ -1,0 +1,382 @@
+//! `Writer`: one build's hand on a store. It declares what a layer shall be, puts tiles, and finishes; or removes a layer.
+//!
+//! A layer that answers queries goes on answering with its old content until the transaction that finishes the build;
+//! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
+
+use super::geometry::polygon_blob;
+use super::imagery::{self, EncodedTile};
+use super::layer;
+use super::source::{self, Declared, Source};
+use super::{StoreError, connection, digest, finish, geopackage, require_contract};
+use crate::feature::keypoint::{self, Keypoints};
+use crate::pixels::MaskedColour;
+use crate::tile::TileId;
+use rusqlite::{Connection, OptionalExtension, params};
+use std::path::{Path, PathBuf};
+
+/// What a layer shall be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Declaration {
+    /// Its name.
+    pub layer: String,
+    /// Its sources, in any order.
+    pub sources: Vec<Source>,
+    /// The base zoom that the user stated, where so.
+    pub zoom_override: Option<u8>,
+    /// The finest level.
+    pub base_zoom: u8,
+    /// The coarsest overview.
+    pub min_zoom: u8,
+}
+
+/// A tile as computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuiltTile {
+    /// Which tile.
+    pub tile: TileId,
+    /// Hash of all that decides its content.
+    pub inputs_hash: [u8; 32],
+    /// `None`: no pixel of it is valid.
+    pub content: Option<TileContent>,
+}
+
+/// What a tile with pixels holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TileContent {
+    /// Its imagery, encoded.
+    pub image: EncodedTile,
+    /// Its keypoints, encoded; `None` for an overview.
+    pub descriptors: Option<Vec<u8>>,
+    /// Content hashes of the sources seen in it, hexadecimal, newest first, separated by spaces.
+    pub sources: String,
+    /// Newest acquisition date seen in it.
+    pub acquired: Option<String>,
+    /// Share of valid pixels.
+    pub valid_fraction: f64,
+    /// The largest horizontal error of the sources seen in it, metres.
+    pub horizontal_error_m: f64,
+    /// Keypoints described.
+    pub keypoints: u32,
+    /// See `feature::keypoint::distinctiveness`.
+    pub distinctiveness: f64,
+}
+
+impl TileContent {
+    /// Encodes a tile and hashes its content; `seen` are the sources seen in it, in covering order.
+    ///
+    /// # Errors
+    /// Where the encoder refuses.
+    pub fn encode(
+        tile: TileId,
+        pixels: &MaskedColour,
+        seen: &[&Source],
+        keypoints: Option<&Keypoints>,
+    ) -> Result<Self, StoreError> {
+        let (media_type, bytes) = imagery::encode(tile, pixels)?;
+        let descriptors = keypoints.map(keypoint::to_blob);
+        let content_hash = digest::content_hash(media_type, &bytes, descriptors.as_deref().unwrap_or_default());
+        let hashes: Vec<_> = seen.iter().map(|s| digest::hex(&s.content_hash)).collect();
+        Ok(Self {
+            image: EncodedTile { media_type, bytes, content_hash },
+            descriptors,
+            sources: hashes.join(" "),
+            acquired: seen.iter().filter_map(|s| s.acquired.clone()).max(),
+            valid_fraction: pixels.mask.valid_fraction(),
+            horizontal_error_m: seen.iter().map(|s| s.horizontal_error_m).fold(0.0, f64::max),
+            keypoints: keypoints.map_or(0, |k| k.points.len() as u32),
+            distinctiveness: keypoints.map_or(0.0, keypoint::distinctiveness),
+        })
+    }
+}
+
+/// What an overview needs to know of a tile below it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Child {
+    /// Its imagery's bytes.
+    pub image: Vec<u8>,
+    /// As [`TileContent::sources`].
+    pub sources: String,
+    /// As [`TileContent::acquired`].
+    pub acquired: Option<String>,
+    /// As [`TileContent::horizontal_error_m`].
+    pub horizontal_error_m: f64,
+}
+
+/// A store opened for one build. One thread writes.
+#[derive(Debug)]
+pub struct Writer {
+    path: PathBuf,
+    connection: Connection,
+    declaration: Declaration,
+    plan_hash: [u8; 32],
+    staging: bool,
+    in_transaction: bool,
+}
+
+impl Writer {
+    /// Opens the store (made where there is none), writes down what the layer shall be, and is ready for tiles.
+    ///
+    /// # Errors
+    /// Where the file is no store, cannot be written, or is of another contract.
+    pub fn begin(path: &Path, contract: &str, declaration: Declaration) -> Result<Self, StoreError> {
+        layer::check_name(&declaration.layer)?;
+        let connection = open_or_create(path, contract)?;
+        let plan_hash = plan_hash(&declaration);
+        let fail = |e| StoreError::sqlite(path, e);
+        let transaction = connection.unchecked_transaction().map_err(fail)?;
+        let staging = record(&transaction, &declaration, &plan_hash).map_err(fail)?;
+        transaction.commit().map_err(fail)?;
+        Ok(Self { path: path.into(), connection, declaration, plan_hash, staging, in_transaction: false })
+    }
+
+    /// Puts a tile in its place, or in the staging table where the layer answers meanwhile. Kept once
+    /// [`Writer::commit`] returns.
+    ///
+    /// # Errors
+    /// Where the disk is full or another build took the layer over.
+    pub fn put(&mut self, built: &BuiltTile) -> Result<(), StoreError> {
+        if !self.in_transaction {
+            self.begin_transaction()?;
+        }
+        let layer = &self.declaration.layer;
+        let outcome =
+            if self.staging { stage(&self.connection, layer, built) } else { place(&self.connection, layer, built) };
+        outcome.map_err(|e| StoreError::sqlite(&self.path, e))
+    }
+
+    /// Makes what was put durable.
+    ///
+    /// # Errors
+    /// Where the disk is full.
+    pub fn commit(&mut self) -> Result<(), StoreError> {
+        if std::mem::take(&mut self.in_transaction) {
+            self.connection.execute_batch("COMMIT").map_err(|e| self.fail(e))?;
+        }
+        Ok(())
+    }
+
+    /// What an overview needs to know of a tile, stored or staged; `None` where it has no pixel.
+    ///
+    /// # Errors
+    /// Where the store is damaged.
+    pub fn child(&self, tile: TileId) -> Result<Option<Child>, StoreError> {
+        let layer = &self.declaration.layer;
+        let key = params![layer, tile.zoom(), tile.row(), tile.column()];
+        let read = |row: &rusqlite::Row<'_>| {
+            let image: Option<Vec<u8>> = row.get(0)?;
+            let Some(image) = image else { return Ok(None) };
+            Ok(Some(Child { image, sources: row.get(1)?, acquired: row.get(2)?, horizontal_error_m: row.get(3)? }))
+        };
+        let staged = "SELECT tile_data, sources, acquired, horizontal_error_m FROM overfly_staged
+                      WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4";
+        let placed = format!(
+            "SELECT t.tile_data, f.sources, f.acquired, f.horizontal_error_m FROM \"{layer}\" t
+             JOIN footprints f ON f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4
+             WHERE t.zoom_level = ?2 AND t.tile_row = ?3 AND t.tile_column = ?4"
+        );
+        if self.staging {
+            let row = self.connection.prepare_cached(staged).and_then(|mut s| s.query_row(key, read).optional());
+            if let Some(child) = row.map_err(|e| self.fail(e))? {
+                return Ok(child);
+            }
+        }
+        let row = self.connection.prepare_cached(&placed).and_then(|mut s| s.query_row(key, read).optional());
+        Ok(row.map_err(|e| self.fail(e))?.flatten())
+    }
+
+    /// Ends the build in one transaction: staged tiles to their places, tiles that are not in `wanted` away, sources,
+    /// counts, digest and the GeoPackage's declaration up to date. Returns the tiles that the layer now has.
+    ///
+    /// # Errors
+    /// Where the disk is full or another build took the layer over; the layer is then as it was.
+    pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<u64, StoreError> {
+        self.commit()?;
+        self.begin_transaction()?;
+        let tiles = finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
+        self.commit()?;
+        finish::compact(&self.connection);
+        self.connection.close().map_err(|(_, e)| StoreError::sqlite(&self.path, e))?;
+        Ok(tiles)
+    }
+
+    /// Gives the declared build up: the layer is as it was before; one that never was finished is gone.
+    ///
+    /// # Errors
+    /// Where SQLite fails.
+    pub fn abandon(mut self) -> Result<(), StoreError> {
+        self.commit()?;
+        let layer = &self.declaration.layer;
+        let outcome = if self.staging {
+            finish::clear_pending(&self.connection, layer)
+        } else {
+            finish::remove(&self.connection, layer)
+        };
+        outcome.map_err(|e| self.fail(e))
+    }
+
+    fn begin_transaction(&mut self) -> Result<(), StoreError> {
+        self.connection.execute_batch("BEGIN IMMEDIATE").map_err(|e| self.fail(e))?;
+        self.in_transaction = true;
+        let ours: Option<[u8; 32]> = self
+            .connection
+            .prepare_cached("SELECT plan_hash FROM overfly_pending WHERE layer = ?1")
+            .and_then(|mut s| s.query_row([&self.declaration.layer], |row| row.get(0)).optional())
+            .map_err(|e| self.fail(e))?;
+        if ours == Some(self.plan_hash) {
+            return Ok(());
+        }
+        Err(StoreError::Superseded { path: self.path.clone(), layer: self.declaration.layer.clone() })
+    }
+
+    fn fail(&self, error: rusqlite::Error) -> StoreError {
+        StoreError::sqlite(&self.path, error)
+    }
+}
+
+/// Removes a layer and all that belongs to it.
+///
+/// # Errors
+/// [`StoreError::NoLayer`], or where the file cannot be written.
+pub fn remove_layer(path: &Path, name: &str) -> Result<(), StoreError> {
+    layer::check_name(name)?;
+    let fail = |e| StoreError::sqlite(path, e);
+    let connection = connection::open_write(path)?;
+    require_contract(&connection, path)?;
+    let layers = layer::load_all(&connection, path)?;
+    if !layers.iter().any(|l| l.name == name) {
+        let known: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
+        return Err(StoreError::NoLayer { path: path.into(), name: name.into(), known: known.join(", ") });
+    }
+    let transaction = connection.unchecked_transaction().map_err(fail)?;
+    finish::remove(&transaction, name).map_err(fail)?;
+    transaction.commit().map_err(fail)?;
+    finish::compact(&connection);
+    Ok(())
+}
+
+fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
+    let absent = match std::fs::metadata(path) {
+        Ok(metadata) => metadata.is_file() && metadata.len() == 0,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
+        Err(e) => return Err(StoreError::io(path, e)),
+    };
+    if absent {
+        return connection::create(path, contract);
+    }
+    let connection = connection::open_write(path)?;
+    require_contract(&connection, path)?;
+    Ok(connection)
+}
+
+fn plan_hash(declaration: &Declaration) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new_derive_key("overfly plan 1");
+    hasher.update(&[declaration.base_zoom, declaration.min_zoom, declaration.zoom_override.unwrap_or(0xff)]);
+    let mut sources: Vec<_> = declaration.sources.iter().collect();
+    sources.sort_by_key(|s| s.content_hash);
+    for source in sources {
+        digest::hash_source(&mut hasher, source);
+    }
+    hasher.finalize().into()
+}
+
+/// Writes the declaration down; whether the layer answers meanwhile.
+fn record(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 32]) -> rusqlite::Result<bool> {
+    let Declaration { layer, zoom_override, base_zoom, min_zoom, sources } = declaration;
+    geopackage::create_tile_table(connection, layer)?;
+    connection.execute(
+        "INSERT INTO overfly_layers (name, complete, zoom_override, base_zoom, min_zoom) VALUES (?1, 0, ?2, ?3, ?4)
+         ON CONFLICT (name) DO UPDATE SET base_zoom = excluded.base_zoom, min_zoom = excluded.min_zoom,
+             zoom_override = excluded.zoom_override WHERE complete = 0",
+        params![layer, zoom_override, base_zoom, min_zoom],
+    )?;
+    connection.execute(
+        "INSERT OR REPLACE INTO overfly_pending (layer, zoom_override, base_zoom, min_zoom, plan_hash)
+         VALUES (?1, ?2, ?3, ?4, ?5)",
+        params![layer, zoom_override, base_zoom, min_zoom, plan_hash],
+    )?;
+    connection.execute("DELETE FROM overfly_pending_sources WHERE layer = ?1", [layer])?;
+    for source in sources {
+        source::insert(connection, layer, Declared::Pending, source)?;
+    }
+    connection.query_row("SELECT complete FROM overfly_layers WHERE name = ?1", [layer], |row| row.get(0))
+}
+
+fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
+    let tile = built.tile;
+    let content = built.content.as_ref();
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO overfly_staged
+                 (layer, zoom, tile_row, tile_column, inputs_hash, tile_data, geom, content_hash, sources, acquired,
+                  valid_fraction, horizontal_error_m, keypoints, distinctiveness, descriptors)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
+        )?
+        .execute(params![
+            layer,
+            tile.zoom(),
+            tile.row(),
+            tile.column(),
+            built.inputs_hash,
+            content.map(|c| &c.image.bytes),
+            content.map(|_| polygon_blob(&tile.mercator_bounds())),
+            content.map(|c| c.image.content_hash),
+            content.map(|c| &c.sources),
+            content.and_then(|c| c.acquired.as_deref()),
+            content.map(|c| c.valid_fraction),
+            content.map(|c| c.horizontal_error_m),
+            content.map(|c| c.keypoints),
+            content.map(|c| c.distinctiveness),
+            content.and_then(|c| c.descriptors.as_deref()),
+        ])?;
+    Ok(())
+}
+
+fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
+    let tile = built.tile;
+    finish::clear_tile(connection, layer, tile)?;
+    if let Some(content) = &built.content {
+        place_content(connection, layer, tile, content)?;
+    }
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
+             VALUES (?1, ?2, ?3, ?4, ?5)",
+        )?
+        .execute(params![layer, tile.zoom(), tile.row(), tile.column(), built.inputs_hash])?;
+    Ok(())
+}
+
+fn place_content(connection: &Connection, layer: &str, tile: TileId, content: &TileContent) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached(&format!(
+            "INSERT INTO \"{layer}\" (zoom_level, tile_column, tile_row, tile_data) VALUES (?1, ?2, ?3, ?4)"
+        ))?
+        .execute(params![tile.zoom(), tile.column(), tile.row(), content.image.bytes])?;
+    connection
+        .prepare_cached(
+            "INSERT INTO footprints
+                 (geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
+                  horizontal_error_m, keypoints, distinctiveness)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
+        )?
+        .execute(params![
+            polygon_blob(&tile.mercator_bounds()),
+            layer,
+            tile.zoom(),
+            tile.column(),
+            tile.row(),
+            content.image.content_hash,
+            content.sources,
+            content.acquired,
+            content.valid_fraction,
+            content.horizontal_error_m,
+            content.keypoints,
+            content.distinctiveness,
+        ])?;
+    if let Some(descriptors) = &content.descriptors {
+        connection
+            .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
+            .execute(params![connection.last_insert_rowid(), descriptors])?;
+    }
+    Ok(())
+}
