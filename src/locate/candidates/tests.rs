@@ -12,6 +12,7 @@ fn footprint(tile: TileId) -> Footprint {
         horizontal_error_m: 1.0,
         keypoints: 7,
         distinctiveness: 0.5,
+        sources: String::new(),
     }
 }
 
