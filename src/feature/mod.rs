@@ -1,4 +1,7 @@
 //! What is described of an image, and how two descriptions are matched: keypoints with binary descriptors, and
-//! structural channels.
+//! structure.
 
 pub mod keypoint;
+mod structure;
+
+pub use structure::{BORDER_PX, Structure};

@@ -57,4 +57,60 @@ impl Mask {
     pub fn is_full(&self) -> bool {
         self.values.iter().all(|&v| v != 0)
     }
+
+    /// The mask with `radius_px` taken off around every hole and along the image's edge (a square neighbourhood must
+    /// be valid). Time does not depend on the radius.
+    pub fn eroded(&self, radius_px: usize) -> Self {
+        let (width, height) = (self.width_px, self.height_px);
+        let mut rows = vec![0u8; width * height];
+        for y in 0..height {
+            let line = &self.values[y * width..(y + 1) * width];
+            let mut run = 0;
+            for x in 0..width {
+                run = if line[x] != 0 { run + 1 } else { 0 };
+                if run > 2 * radius_px {
+                    rows[y * width + x - radius_px] = 255;
+                }
+            }
+        }
+        let mut values = vec![0u8; width * height];
+        let mut runs = vec![0usize; width];
+        for y in 0..height {
+            for x in 0..width {
+                runs[x] = if rows[y * width + x] != 0 { runs[x] + 1 } else { 0 };
+                if runs[x] > 2 * radius_px {
+                    values[(y - radius_px) * width + x] = 255;
+                }
+            }
+        }
+        Self { width_px: width, height_px: height, values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn erodes_as_the_definition_says(width in 1usize..20, height in 1usize..20, radius in 0usize..4,
+                                         holes in proptest::collection::vec((0usize..20, 0usize..20), 0..5)) {
+            let mut mask = Mask::filled(width, height, true);
+            for (x, y) in holes {
+                if x < width && y < height {
+                    mask.set(x, y, false);
+                }
+            }
+            let eroded = mask.eroded(radius);
+            for y in 0..height {
+                for x in 0..width {
+                    let inside = x >= radius && y >= radius && x + radius < width && y + radius < height;
+                    let expected = inside && (x - radius..=x + radius)
+                        .all(|i| (y - radius..=y + radius).all(|j| mask.at(i, j)));
+                    prop_assert_eq!(eroded.at(x, y), expected);
+                }
+            }
+        }
+    }
 }

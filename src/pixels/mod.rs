@@ -5,6 +5,7 @@
 mod colour;
 mod gray;
 mod mask;
+mod shrink;
 
 pub use colour::Colour;
 pub use gray::Gray;

@@ -1,0 +1,40 @@
+//! Area-correct shrinking.
+
+use super::Gray;
+use fast_image_resize as fir;
+
+impl Gray {
+    /// The image at a smaller size, every source pixel weighing in (triangle filter as wide as the shrinking): no
+    /// aliasing. A size that is not smaller in either direction, or is zero, returns the image as it is.
+    pub fn shrunk(&self, width_px: usize, height_px: usize) -> Self {
+        let (own_width, own_height) = (self.width_px(), self.height_px());
+        let shrinks = width_px < own_width || height_px < own_height;
+        if !shrinks || width_px == 0 || height_px == 0 || width_px > own_width || height_px > own_height {
+            return self.clone();
+        }
+        let bytes: Vec<u8> = self.values().iter().flat_map(|v| v.to_ne_bytes()).collect();
+        let image = |w: usize, h: usize| (w as u32, h as u32);
+        let (w, h) = image(own_width, own_height);
+        let source = fir::images::Image::from_vec_u8(w, h, bytes, fir::PixelType::F32).expect("four bytes a pixel");
+        let (w, h) = image(width_px, height_px);
+        let mut target = fir::images::Image::new(w, h, fir::PixelType::F32);
+        let options = fir::ResizeOptions::new().resize_alg(fir::ResizeAlg::Convolution(fir::FilterType::Bilinear));
+        fir::Resizer::new().resize(&source, &mut target, &options).expect("both images are F32");
+        let values = target.buffer().chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect();
+        Self::from_values(width_px, height_px, values).expect("the resizer filled every pixel")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_stays_a_ramp_and_a_checkerboard_turns_gray() {
+        let ramp = Gray::from_values(64, 8, (0..512).map(|i| (i % 64) as f32).collect()).unwrap().shrunk(16, 2);
+        // Pixel i covers source columns 4i..4i+4, whose mean is 4i + 1.5.
+        assert!((1..15).all(|i| (ramp.at(i, 1) - (4 * i) as f32 - 1.5).abs() < 1e-3));
+        let board = Gray::from_values(64, 64, (0..4096).map(|i| ((i % 64 + i / 64) % 2 * 255) as f32).collect());
+        assert!(board.unwrap().shrunk(20, 20).values().iter().all(|v| (v - 127.5).abs() < 6.0));
+    }
+}
