@@ -35,7 +35,8 @@ impl Canvas {
         let mut heights_m = vec![0.0; width * height];
         colours.par_chunks_mut(width).zip(heights_m.par_chunks_mut(width)).enumerate().for_each(|(row, (c, h))| {
             for column in 0..width {
-                (c[column], h[column]) = ground((column as f64 + 0.5) / PIXELS_PER_M, (row as f64 + 0.5) / PIXELS_PER_M);
+                (c[column], h[column]) =
+                    ground((column as f64 + 0.5) / PIXELS_PER_M, (row as f64 + 0.5) / PIXELS_PER_M);
             }
         });
         Self { width, height, colours, heights_m }
@@ -79,7 +80,8 @@ impl Canvas {
                     (self.height_at(c + dc, r + dr) - self.height_at(c - dc, r - dr)).clamp(-1.3, 1.3)
                 };
                 let (gx, gy) = (slope(1, 0), slope(0, 1));
-                let facing = (-gx * towards[0] - gy * towards[1] + towards[2]) / (1.0 + gx * gx + gy * gy).sqrt() / towards[2];
+                let facing =
+                    (-gx * towards[0] - gy * towards[1] + towards[2]) / (1.0 + gx * gx + gy * gy).sqrt() / towards[2];
                 let base = self.height_at(c, r);
                 let blocked = (1..reach_px).any(|k| {
                     let at = |t: f64| (t * k as f64).round() as isize;

@@ -89,7 +89,8 @@ fn poses(rng: &mut ChaCha8Rng) -> Vec<Pose> {
         let (leg, rest_m) = ((s / (leg_m + turn_m)) as usize, s % (leg_m + turn_m));
         let eastwards = leg % 2 == 0;
         let sign = if eastwards { 1.0 } else { -1.0 };
-        let (start_x, y) = (if eastwards { west + radius_m } else { east - radius_m }, north + 2.0 * radius_m * leg as f64);
+        let (start_x, y) =
+            (if eastwards { west + radius_m } else { east - radius_m }, north + 2.0 * radius_m * leg as f64);
         let (x, y, grid_deg, bank_deg) = if rest_m < leg_m {
             (start_x + sign * rest_m, y, 90.0 * sign, 0.0)
         } else {
@@ -131,7 +132,8 @@ fn expose(canvas: &Canvas, pose: &Pose) -> Vec<[f32; 3]> {
     let (sin_h, cos_h) = pose.heading_rad.sin_cos();
     let (sin_p, cos_p) = pose.pitch_rad.sin_cos();
     let (sin_r, cos_r) = pose.roll_rad.sin_cos();
-    let (ahead, right, down) = (Vector3::new(sin_h, cos_h, 0.0), Vector3::new(cos_h, -sin_h, 0.0), Vector3::new(0.0, 0.0, -1.0));
+    let (ahead, right, down) =
+        (Vector3::new(sin_h, cos_h, 0.0), Vector3::new(cos_h, -sin_h, 0.0), Vector3::new(0.0, 0.0, -1.0));
     let (ahead, down) = (ahead * cos_p - down * sin_p, down * cos_p + ahead * sin_p);
     let (right, down) = (right * cos_r + down * sin_r, down * cos_r - right * sin_r);
     let see = |u: f64, v: f64| {

@@ -67,8 +67,20 @@ pub fn ground(scene: &Scene, epoch: usize, x: f64, y: f64) -> (Rgb, f32) {
         Use::Meadow | Use::Orchard => meadow(scene, epoch, &place, x, y),
         Use::Garden => garden(scene, epoch, x, y),
         Use::Wood => forest_floor(scene, x, y),
-        Use::FelledWood => if epoch == 0 { forest_floor(scene, x, y) } else { clearing(scene, x, y) },
-        Use::YoungWood => if epoch == 1 { forest_floor(scene, x, y) } else { clearing(scene, x, y) },
+        Use::FelledWood => {
+            if epoch == 0 {
+                forest_floor(scene, x, y)
+            } else {
+                clearing(scene, x, y)
+            }
+        }
+        Use::YoungWood => {
+            if epoch == 1 {
+                forest_floor(scene, x, y)
+            } else {
+                clearing(scene, x, y)
+            }
+        }
     };
     let mut height = 0.0;
     let grass = grass(scene, epoch, x, y);
@@ -78,7 +90,8 @@ pub fn ground(scene: &Scene, epoch: usize, x: f64, y: f64) -> (Rgb, f32) {
         colour = mix(colour, [176.0, 162.0, 134.0], rut * (0.75 + 0.25 * smooth(scene.seed + 8, x / 6.0, y / 6.0)));
     } else if scene.has_hedge(&place) {
         colour = mix(colour, grass, within(place.boundary_m, 4.0));
-        let half_m = 2.0 + 1.1 * f64::from(smooth(scene.seed + 9, x / 11.0, y / 11.0)) - if epoch == 0 { 0.2 } else { 0.0 };
+        let half_m =
+            2.0 + 1.1 * f64::from(smooth(scene.seed + 9, x / 11.0, y / 11.0)) - if epoch == 0 { 0.2 } else { 0.0 };
         let gap = cloudy(scene.seed + 10, x / 50.0, y / 50.0) < -0.42;
         if !gap && place.boundary_m < half_m {
             let bush = smooth(scene.seed + 11, x / 2.2, y / 2.2);
@@ -106,8 +119,11 @@ fn field(scene: &Scene, epoch: usize, place: &Place, x: f64, y: f64) -> Rgb {
     let crop = if epoch == 0 { &EARLY_SUMMER[pick] } else { &EARLY_AUTUMN[pick] };
     let tone = 0.93 + 0.14 * chance(scene.seed + 16, id.0, id.1);
     // Along the edge the tractor turns: rows follow the boundary there.
-    let (along, across) =
-        if place.edge_m < 12.0 { (place.along_m + place.across_m, place.edge_m) } else { (place.along_m, place.across_m) };
+    let (along, across) = if place.edge_m < 12.0 {
+        (place.along_m + place.across_m, place.edge_m)
+    } else {
+        (place.along_m, place.across_m)
+    };
     let wet = cloudy(scene.seed + 17, x / 120.0, y / 120.0);
     let patch = cloudy(scene.seed + 18 + epoch as u32, x / 22.0, y / 22.0);
     let streak = smooth(scene.seed + 19 + id.0 as u32 * 3, along / 45.0, across / 1.6)
@@ -169,7 +185,11 @@ fn water(scene: &Scene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> 
     }
     let lake_m = scene.beyond_lake_m(x, y);
     (wet_m, shore_m) = (wet_m.min(lake_m + lake_down_m), shore_m.min(lake_m));
-    colour = mix(colour, scale(grass, 0.9), within(shore_m, 6.0 + 3.0 * f64::from(smooth(scene.seed + 29, x / 13.0, y / 13.0))));
+    colour = mix(
+        colour,
+        scale(grass, 0.9),
+        within(shore_m, 6.0 + 3.0 * f64::from(smooth(scene.seed + 29, x / 13.0, y / 13.0))),
+    );
     let mud = scale([150.0, 138.0, 112.0], 1.0 + 0.08 * cloudy(scene.seed + 30, x / 6.0, y / 6.0));
     colour = mix(colour, mud, within(shore_m, 0.8));
     let deep = if epoch == 0 { [54.0, 70.0, 68.0] } else { [66.0, 80.0, 66.0] };
@@ -213,7 +233,8 @@ fn roads(scene: &Scene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> 
         let is_new = epoch == 1 && x < 1300.0;
         colour = mix(colour, asphalt(if is_new { 0.78 } else { 1.0 }), within(d, 3.7));
         let dash = (b.along_m / 12.0).fract() < 0.5;
-        colour = mix(colour, [214.0, 214.0, 208.0], within((d - 3.2).abs(), 0.12) + if dash { within(d, 0.1) } else { 0.0 });
+        colour =
+            mix(colour, [214.0, 214.0, 208.0], within((d - 3.2).abs(), 0.12) + if dash { within(d, 0.1) } else { 0.0 });
         nearest_m = nearest_m.min(d);
     }
     (colour, nearest_m < 4.5)

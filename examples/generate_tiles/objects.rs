@@ -35,7 +35,8 @@ impl Tree {
         canvas.draw_within(self.centre, self.radius_m * 1.15, |x, y| {
             let (dx, dy) = (x - self.centre[0], y - self.centre[1]);
             let angle = dy.atan2(dx);
-            let ragged = f64::from(smooth(seed, 3.0 * angle.cos() + self.centre[0], 3.0 * angle.sin() + self.centre[1]));
+            let ragged =
+                f64::from(smooth(seed, 3.0 * angle.cos() + self.centre[0], 3.0 * angle.sin() + self.centre[1]));
             let d = dx.hypot(dy) / (self.radius_m * (0.95 + 0.18 * ragged));
             if d >= 1.0 {
                 return None;
@@ -106,7 +107,9 @@ impl Building {
             let weather = 1.0 + 0.05 * smooth(seed + 1, u * 1.4, v / 3.0) + 0.04 * smooth(seed + 2, u / 3.0, v / 3.0);
             // A chimney on some, roof lights along the halls.
             let is_chimney = matches!(self.roof, Roof::Tile) && (u - 2.0).abs() < 0.6 && (v - 1.0).abs() < 0.5;
-            let is_light = matches!(self.roof, Roof::Metal) && (u.rem_euclid(6.0) - 3.0).abs() < 0.7 && (v.abs() - 4.0).abs() < 2.0;
+            let is_light = matches!(self.roof, Roof::Metal)
+                && (u.rem_euclid(6.0) - 3.0).abs() < 0.7
+                && (v.abs() - 4.0).abs() < 2.0;
             Some(match (is_chimney, is_light) {
                 (true, _) => ([110.0, 92.0, 84.0], (self.ridge_m + 1.0) as f32),
                 (_, true) => (colour.map(|c| (c * 1.18).min(235.0)), height as f32),

@@ -101,7 +101,8 @@ impl Parcels {
     /// Where (x, y) lies in an epoch.
     pub fn place(&self, x: f64, y: f64, epoch: usize) -> Place {
         let bend = |k: u32| {
-            22.0 * f64::from(smooth(self.seed + k, x / 420.0, y / 420.0)) + 3.0 * f64::from(smooth(self.seed + k + 9, x / 70.0, y / 70.0))
+            22.0 * f64::from(smooth(self.seed + k, x / 420.0, y / 420.0))
+                + 3.0 * f64::from(smooth(self.seed + k + 9, x / 70.0, y / 70.0))
         };
         let p = [x + bend(1), y + bend(2)];
         let (mut node, mut boundary_m, mut boundary) = (0, f64::INFINITY, (0, 0));
@@ -153,7 +154,8 @@ fn extent(polygon: &[Point], axis: Point) -> (f64, f64) {
 
 fn area(polygon: &[Point]) -> f64 {
     let n = polygon.len();
-    (0..n).map(|i| polygon[i][0] * polygon[(i + 1) % n][1] - polygon[(i + 1) % n][0] * polygon[i][1]).sum::<f64>().abs() / 2.0
+    (0..n).map(|i| polygon[i][0] * polygon[(i + 1) % n][1] - polygon[(i + 1) % n][0] * polygon[i][1]).sum::<f64>().abs()
+        / 2.0
 }
 
 fn centroid(polygon: &[Point]) -> Point {

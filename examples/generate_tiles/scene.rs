@@ -72,7 +72,13 @@ impl Scene {
             parcels,
             uses,
             main_road: through(&[
-                [-80.0, 1425.0], [480.0, 1335.0], [880.0, 1205.0], [1300.0, 1150.0], [1720.0, 1085.0], [2080.0, 945.0], [2650.0, 905.0],
+                [-80.0, 1425.0],
+                [480.0, 1335.0],
+                [880.0, 1205.0],
+                [1300.0, 1150.0],
+                [1720.0, 1085.0],
+                [2080.0, 945.0],
+                [2650.0, 905.0],
             ]),
             side_roads: vec![
                 through(&[[1345.0, -80.0], [1290.0, 300.0], [1165.0, 690.0], [1235.0, 980.0], [1300.0, 1150.0]]),
@@ -90,8 +96,16 @@ impl Scene {
             ],
             railway: through(&[[1560.0, -80.0], [1800.0, 180.0], [2080.0, 620.0], [2300.0, 780.0], [2650.0, 860.0]]),
             river: through(&[
-                [430.0, -80.0], [540.0, 210.0], [455.0, 430.0], [560.0, 690.0], [650.0, 930.0], [560.0, 1180.0], [610.0, 1400.0],
-                [740.0, 1600.0], [700.0, 1830.0], [800.0, 2130.0],
+                [430.0, -80.0],
+                [540.0, 210.0],
+                [455.0, 430.0],
+                [560.0, 690.0],
+                [650.0, 930.0],
+                [560.0, 1180.0],
+                [610.0, 1400.0],
+                [740.0, 1600.0],
+                [700.0, 1830.0],
+                [800.0, 2130.0],
             ]),
             buildings: Vec::new(),
             yards: Vec::new(),
@@ -102,7 +116,8 @@ impl Scene {
 
     /// Places houses along the village's roads and farms in the open.
     fn settle(&mut self, rng: &mut ChaCha8Rng) {
-        let lines: Vec<_> = self.side_roads.iter().take(3).chain([&self.main_road]).flat_map(|c| c.stations(20.0)).collect();
+        let lines: Vec<_> =
+            self.side_roads.iter().take(3).chain([&self.main_road]).flat_map(|c| c.stations(20.0)).collect();
         for (at, along) in lines {
             let far = (at[0] - VILLAGE[0]).hypot(at[1] - VILLAGE[1]);
             for side in [-1.0, 1.0] {
@@ -127,7 +142,10 @@ impl Scene {
                     let shed_back = back + side * rng.random_range(14.0..22.0);
                     let slip = rng.random_range(-6.0..6.0);
                     let shed = Building {
-                        centre: [at[0] - along[1] * shed_back + along[0] * slip, at[1] + along[0] * shed_back + along[1] * slip],
+                        centre: [
+                            at[0] - along[1] * shed_back + along[0] * slip,
+                            at[1] + along[0] * shed_back + along[1] * slip,
+                        ],
                         along: axis,
                         half_m: [rng.random_range(3.0..9.0), rng.random_range(2.5..4.5)],
                         eaves_m: 2.6,
@@ -138,18 +156,30 @@ impl Scene {
                 }
             }
         }
-        let farms = [[775.0, 735.0], [2215.0, 1190.0], [405.0, 1600.0], [1705.0, 1330.0], [1600.0, 390.0], [1835.0, 1010.0], [205.0, 960.0]];
+        let farms = [
+            [775.0, 735.0],
+            [2215.0, 1190.0],
+            [405.0, 1600.0],
+            [1705.0, 1330.0],
+            [1600.0, 390.0],
+            [1835.0, 1010.0],
+            [205.0, 960.0],
+        ];
         for (i, at) in farms.into_iter().enumerate() {
             self.yards.push((at, rng.random_range(24.0..36.0)));
             let turn = rng.random_range(0.0..std::f64::consts::PI);
             let axis: [f64; 2] = [f64::cos(turn), f64::sin(turn)];
             let beside = |u: f64, v: f64| [at[0] + axis[0] * u - axis[1] * v, at[1] + axis[1] * u + axis[0] * v];
-            let hall = |centre, half_m, roof| Building { centre, along: axis, half_m, eaves_m: 4.5, ridge_m: 7.5, roof };
+            let hall =
+                |centre, half_m, roof| Building { centre, along: axis, half_m, eaves_m: 4.5, ridge_m: 7.5, roof };
             self.place_building(hall(beside(-6.0, 27.0), [rng.random_range(16.0..26.0), 8.5], Roof::Metal), [true; 2]);
             self.place_building(hall(beside(-24.0, -6.0), [6.0, 12.0], Roof::Tile), [true; 2]);
             self.place_building(hall(beside(8.0, -21.0), [8.5, 5.0], Roof::Tile), [true; 2]);
             // One farm builds a hall between the epochs, another pulls one down.
-            self.place_building(hall(beside(34.0, 2.0), [7.0, rng.random_range(12.0..20.0)], Roof::Slate), [i != 1 && i != 4, i != 2]);
+            self.place_building(
+                hall(beside(34.0, 2.0), [7.0, rng.random_range(12.0..20.0)], Roof::Slate),
+                [i != 1 && i != 4, i != 2],
+            );
         }
     }
 
@@ -189,7 +219,8 @@ impl Scene {
 
     /// Half the river's width there, metres.
     pub fn river_half_m(&self, along_m: f64) -> f64 {
-        6.5 + 2.5 * f64::from(smooth(self.seed + 42, along_m / 90.0, 0.0)) + f64::from(smooth(self.seed + 43, along_m / 9.0, 0.0))
+        6.5 + 2.5 * f64::from(smooth(self.seed + 42, along_m / 90.0, 0.0))
+            + f64::from(smooth(self.seed + 43, along_m / 9.0, 0.0))
     }
 
     /// Whether roads, rails, water, yards or houses keep trees away.
@@ -213,7 +244,8 @@ impl Scene {
         for j in -2..rows + 2 {
             for i in -2..columns + 2 {
                 let dice = |k: u32| f64::from(chance(self.seed + 100 + k, i, j));
-                let (x, y) = ((f64::from(i) + 0.15 + 0.7 * dice(0)) * GRID_M, (f64::from(j) + 0.15 + 0.7 * dice(1)) * GRID_M);
+                let (x, y) =
+                    ((f64::from(i) + 0.15 + 0.7 * dice(0)) * GRID_M, (f64::from(j) + 0.15 + 0.7 * dice(1)) * GRID_M);
                 if let Some(tree) = self.tree_at(x, y, epoch, dice) {
                     trees.push(tree);
                 }
@@ -243,7 +275,11 @@ impl Scene {
             let conifer = smooth(self.seed + 31, x / 130.0, y / 130.0) + 0.5 * (dice(3) as f32 - 0.5) > 0.12;
             let (r, tone) = (2.0 + 1.9 * dice(2), dice(4));
             let size = wood.max(0.4) * grown;
-            if conifer { Tree::conifer([x, y], (r * 0.8 + 0.3) * size, tone) } else { Tree::broad([x, y], (r + 0.5) * size, tone) }
+            if conifer {
+                Tree::conifer([x, y], (r * 0.8 + 0.3) * size, tone)
+            } else {
+                Tree::broad([x, y], (r + 0.5) * size, tone)
+            }
         } else if river_m.is_some_and(|d| d < 9.0) && cloudy(self.seed + 32, x / 60.0, y / 60.0) > -0.05 {
             (dice(2) < 0.7).then(|| Tree::broad([x, y], (2.2 + 2.0 * dice(3)) * grown, dice(4)))?
         } else if self.beyond_lake_m(x, y) < 14.0 && cloudy(self.seed + 33, x / 40.0, y / 40.0) > 0.1 {

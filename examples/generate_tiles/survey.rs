@@ -36,7 +36,14 @@ impl Radiometry {
 }
 
 /// Writes columns `from_m..to_m` of the canvas as an orthophoto of 1 m pixels.
-pub fn write(canvas: &Canvas, range_m: (usize, usize), radiometry: Radiometry, seed: u64, quality: u8, path: &Path) -> anyhow::Result<()> {
+pub fn write(
+    canvas: &Canvas,
+    range_m: (usize, usize),
+    radiometry: Radiometry,
+    seed: u64,
+    quality: u8,
+    path: &Path,
+) -> anyhow::Result<()> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let per_m = PIXELS_PER_M as usize;
     let (width, height) = (range_m.1 - range_m.0, canvas.height / per_m);

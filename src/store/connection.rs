@@ -173,9 +173,8 @@ fn check_file(path: &Path) -> Result<(), StoreError> {
 /// The version of an opened file that is a GeoPackage of overfly's.
 fn store_version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     let not = |found: &str| StoreError::NotAStore { path: path.into(), found: found.into() };
-    let application: i32 = connection
-        .query_row("PRAGMA application_id", [], |row| row.get(0))
-        .map_err(|e| StoreError::sqlite(path, e))?;
+    let application: i32 =
+        connection.query_row("PRAGMA application_id", [], |row| row.get(0)).map_err(|e| StoreError::sqlite(path, e))?;
     match migration::version_of(connection, path)? {
         Some(0) => Err(not("an empty database")),
         Some(version) if application == APPLICATION_ID => Ok(version),

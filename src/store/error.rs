@@ -87,7 +87,9 @@ pub enum StoreError {
         known: String,
     },
     /// A name that cannot name a layer.
-    #[error("{name:?} cannot name a layer: use 1 to 40 of a-z 0-9 _ -, a letter or digit first, and none of overfly_..., gpkg_..., rtree_..., sqlite_..., footprints")]
+    #[error(
+        "{name:?} cannot name a layer: use 1 to 40 of a-z 0-9 _ -, a letter or digit first, and none of overfly_..., gpkg_..., rtree_..., sqlite_..., footprints"
+    )]
     LayerName {
         /// What was given.
         name: String,

@@ -84,7 +84,9 @@ pub(super) fn clear_tile(connection: &Connection, layer: &str, tile: TileId) -> 
         "DELETE FROM overfly_descriptors WHERE footprint = (SELECT fid FROM footprints
              WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
         "DELETE FROM footprints WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
-        &format!("DELETE FROM \"{layer}\" WHERE ?1 NOT NULL AND zoom_level = ?2 AND tile_row = ?3 AND tile_column = ?4"),
+        &format!(
+            "DELETE FROM \"{layer}\" WHERE ?1 NOT NULL AND zoom_level = ?2 AND tile_row = ?3 AND tile_column = ?4"
+        ),
     ] {
         connection.prepare_cached(sql)?.execute(key)?;
     }

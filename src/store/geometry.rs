@@ -26,8 +26,7 @@ pub fn polygon_blob(bounds: &MercatorBounds) -> Vec<u8> {
     for value in [3u32, 1, 5] {
         blob.extend_from_slice(&value.to_le_bytes());
     }
-    let corners =
-        [(min_x_m, min_y_m), (max_x_m, min_y_m), (max_x_m, max_y_m), (min_x_m, max_y_m), (min_x_m, min_y_m)];
+    let corners = [(min_x_m, min_y_m), (max_x_m, min_y_m), (max_x_m, max_y_m), (min_x_m, max_y_m), (min_x_m, min_y_m)];
     for (x, y) in corners {
         blob.extend_from_slice(&x.to_le_bytes());
         blob.extend_from_slice(&y.to_le_bytes());

@@ -56,8 +56,10 @@ pub(super) fn load_all(connection: &Connection, path: &Path) -> Result<Vec<Layer
     let rows = statement.query_map([], read).map_err(fail)?;
     let layers = rows.collect::<rusqlite::Result<Vec<_>>>().map_err(fail)?;
     for layer in &layers {
-        check_name(&layer.name)
-            .map_err(|_| StoreError::Damaged { path: path.into(), reason: format!("a layer named {:?}", layer.name) })?;
+        check_name(&layer.name).map_err(|_| StoreError::Damaged {
+            path: path.into(),
+            reason: format!("a layer named {:?}", layer.name),
+        })?;
     }
     Ok(layers)
 }

@@ -19,8 +19,7 @@ pub const FORMAT_VERSION: u32 = MIGRATIONS[MIGRATIONS.len() - 1].0;
 /// Where SQLite fails.
 pub fn version_of(connection: &Connection, path: &Path) -> Result<Option<u32>, StoreError> {
     let fail = |source| StoreError::sqlite(path, source);
-    let tables: u32 =
-        connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).map_err(fail)?;
+    let tables: u32 = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).map_err(fail)?;
     if tables == 0 {
         return Ok(Some(0));
     }
@@ -75,7 +74,9 @@ mod tests {
             let connection = Connection::open_in_memory().unwrap();
             super::super::geometry::register_functions(&connection).unwrap();
             connection
-                .execute_batch("CREATE TABLE overfly_migrations (version INTEGER PRIMARY KEY NOT NULL, name TEXT NOT NULL)")
+                .execute_batch(
+                    "CREATE TABLE overfly_migrations (version INTEGER PRIMARY KEY NOT NULL, name TEXT NOT NULL)",
+                )
                 .unwrap();
             for (version, name, sql) in MIGRATIONS.into_iter().filter(|(version, ..)| *version <= from) {
                 connection.execute_batch(sql).unwrap();

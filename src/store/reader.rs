@@ -269,7 +269,8 @@ fn windows_on_the_map(bounds: &MercatorBounds) -> Vec<MercatorBounds> {
     if bounds.max_x_m - bounds.min_x_m >= WORLD_M {
         return vec![MercatorBounds { min_x_m: -half_m, max_x_m: half_m, ..*bounds }];
     }
-    let world = MercatorBounds { min_x_m: -half_m, min_y_m: f64::NEG_INFINITY, max_x_m: half_m, max_y_m: f64::INFINITY };
+    let world =
+        MercatorBounds { min_x_m: -half_m, min_y_m: f64::NEG_INFINITY, max_x_m: half_m, max_y_m: f64::INFINITY };
     let first = ((bounds.min_x_m + half_m) / WORLD_M).floor();
     [first, first + 1.0]
         .into_iter()

@@ -73,12 +73,18 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Source> {
         stretch: low.zip(high),
         horizontal_error_m: row.get(6)?,
         gsd_m_per_px: row.get(7)?,
-        outline_deg: outline_from_blob(&outline)
-            .ok_or_else(|| rusqlite::Error::FromSqlConversionFailure(8, Type::Blob, "an outline of odd length".into()))?,
+        outline_deg: outline_from_blob(&outline).ok_or_else(|| {
+            rusqlite::Error::FromSqlConversionFailure(8, Type::Blob, "an outline of odd length".into())
+        })?,
     })
 }
 
-pub(super) fn insert(connection: &Connection, layer: &str, declared: Declared, source: &Source) -> rusqlite::Result<()> {
+pub(super) fn insert(
+    connection: &Connection,
+    layer: &str,
+    declared: Declared,
+    source: &Source,
+) -> rusqlite::Result<()> {
     let sql = format!(
         "INSERT INTO {} (layer, content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, horizontal_error_m,
                          gsd_m_per_px, outline)

@@ -161,16 +161,14 @@ fn header(connection: &Connection) -> rusqlite::Result<Vec<String>> {
 }
 
 fn rtree(connection: &Connection) -> rusqlite::Result<Vec<String>> {
-    let count = |table: &str| {
-        connection.query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get::<_, u32>(0))
-    };
+    let count =
+        |table: &str| connection.query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get::<_, u32>(0));
     let (indexed, footprints) = (count("rtree_footprints_geom")?, count("footprints")?);
     let mut problems = Vec::new();
     if indexed != footprints {
         problems.push(format!("{indexed} entries for {footprints} footprints"));
     }
-    let state: String =
-        connection.query_row("SELECT rtreecheck('rtree_footprints_geom')", [], |row| row.get(0))?;
+    let state: String = connection.query_row("SELECT rtreecheck('rtree_footprints_geom')", [], |row| row.get(0))?;
     if state != "ok" {
         problems.push(state);
     }

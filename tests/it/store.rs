@@ -3,7 +3,8 @@
 use overfly::feature::keypoint::CONTRACT;
 use overfly::pixels::{Colour, Mask, MaskedColour};
 use overfly::store::{
-    BuiltTile, Declaration, Draft, FORMAT_VERSION, Reader, Source, StoreError, TileContent, Writer, remove_layer, verify,
+    BuiltTile, Declaration, Draft, FORMAT_VERSION, Reader, Source, StoreError, TileContent, Writer, remove_layer,
+    verify,
 };
 use overfly::tile::{MercatorBounds, TileId};
 use std::path::{Path, PathBuf};
@@ -120,7 +121,9 @@ fn a_layer_answers_with_its_old_content_until_its_new_build_ends() {
     assert_eq!(reader.digest(), before);
     assert_eq!(reader.sources(reader.layer("ortho").unwrap()).unwrap(), [source(1)]);
     let draft = Draft::read(&path, "ortho").unwrap();
-    assert!(draft.pending && draft.complete && draft.inputs[&tiles[0]] == [2; 32] && draft.inputs[&tiles[1]] == [1; 32]);
+    assert!(
+        draft.pending && draft.complete && draft.inputs[&tiles[0]] == [2; 32] && draft.inputs[&tiles[1]] == [1; 32]
+    );
     let mut writer = begin();
     writer.put(&built(tiles[1], &new, 2, true)).unwrap();
     writer.finish(&|tile| tile == tiles[0] || tile == tiles[1]).unwrap();

@@ -1,0 +1,67 @@
+//! How surely an agreement of windows is no accident.
+//!
+//! A contrario (Desolneux, Moisan, Morel, 2000): suppose the frame does not show this ground. Then each window's peak
+//! falls anywhere in its search square, and agrees with a given similarity with the chance that the tolerance's disc
+//! has of the square. The number of false alarms is the number of similarities that were looked at times the chance
+//! that so many windows agree with one of them.
+
+/// What was counted.
+#[derive(Debug, Clone, Copy)]
+pub struct Agreement {
+    /// Windows that held structure and were searched.
+    pub windows: usize,
+    /// Of these, those that agree with the similarity.
+    pub agreeing: usize,
+    /// Chance that one window agrees by accident.
+    pub chance: f64,
+    /// Placements, headings and scales among which the place was chosen.
+    pub places: f64,
+}
+
+/// The chance that a peak anywhere in a square of half edge `radius_px` lies within `tolerance_px` of a given point.
+pub fn chance_of_one(tolerance_px: f64, radius_px: usize) -> f64 {
+    let square = ((2 * radius_px + 1) as f64).powi(2);
+    // A peak is found on a whole pixel first: at the tolerance the disc is half a pixel wider.
+    (std::f64::consts::PI * (tolerance_px + 0.5).powi(2) / square).min(1.0)
+}
+
+/// log10 of the expected number of accidental agreements at least this good in the whole search. Two windows of the
+/// consensus determine the similarity and prove nothing.
+pub fn log10_false_alarms(agreement: &Agreement) -> f64 {
+    let Agreement { windows: n, agreeing: k, chance, places } = *agreement;
+    if k < 3 || n < k {
+        return f64::INFINITY;
+    }
+    let pairs = (k * (k - 1)) as f64 / 2.0;
+    let tests = places.max(1.0).log10() + (n as f64).log10() + log10_choose(n, k) + pairs.log10();
+    tests + (k - 2) as f64 * chance.log10()
+}
+
+fn log10_choose(n: usize, k: usize) -> f64 {
+    (1..=k.min(n - k)).map(|i| ((n + 1 - i) as f64 / i as f64).log10()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_agreement_is_less_of_an_accident_and_a_wider_search_more() {
+        let base = Agreement { windows: 20, agreeing: 10, chance: 0.05, places: 1e5 };
+        let nfa = log10_false_alarms(&base);
+        assert!(log10_false_alarms(&Agreement { agreeing: 12, ..base }) < nfa);
+        let wide = log10_false_alarms(&Agreement { places: 1e7, ..base });
+        assert!((wide - nfa - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn two_windows_prove_nothing() {
+        let two = Agreement { windows: 20, agreeing: 2, chance: 0.05, places: 1.0 };
+        assert_eq!(log10_false_alarms(&two), f64::INFINITY);
+    }
+
+    #[test]
+    fn choose_is_pascals() {
+        assert!((log10_choose(20, 10) - 184_756f64.log10()).abs() < 1e-9);
+    }
+}

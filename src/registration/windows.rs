@@ -1,0 +1,173 @@
+//! Local windows: where small pieces of a view lie on the map, to a fraction of a pixel, each on its own.
+
+use crate::feature::Structure;
+use nalgebra::{Matrix2, Vector2};
+
+/// How windows are laid out and searched.
+#[derive(Debug, Clone, Copy)]
+pub struct WindowOptions {
+    /// Edge of a window, pixels; a multiple of 8.
+    pub size_px: usize,
+    /// Distance from one window's corner to the next, pixels; at least `size_px` keeps them independent.
+    pub stride_px: usize,
+    /// Search radius, pixels.
+    pub radius_px: usize,
+}
+
+/// Where one window of the view was found.
+#[derive(Debug, Clone, Copy)]
+pub struct WindowMatch {
+    /// The window's middle in the view, pixels from its corner.
+    pub centre_px: [f64; 2],
+    /// Where it was found minus where it was expected, pixels.
+    pub displacement_px: Vector2<f64>,
+    /// Normalised correlation at the peak, in [-1, 1].
+    pub peak: f64,
+    /// Minus the Hessian of the correlation at the peak, per px^2: how sharply each direction is known. Positive
+    /// definite.
+    pub information: Matrix2<f64>,
+    /// Whether the peak lies on the rim of the search, so that the true one may lie outside.
+    pub on_rim: bool,
+}
+
+/// A window with less mean energy than this has nothing to match.
+const LEAST_ENERGY: f32 = 0.06;
+/// No direction counts as less sharp than this share of the sharpest.
+const LEAST_SHARPNESS: f64 = 0.02;
+
+/// Matches every window of `view` that holds structure. View pixel p is expected at map pixel p + `offset_px`; the
+/// map must reach `radius_px` beyond where it counts, pixels outside it count as unknown.
+pub fn match_windows(
+    view: &Structure,
+    map: &Structure,
+    offset_px: [isize; 2],
+    options: &WindowOptions,
+) -> Vec<WindowMatch> {
+    let WindowOptions { size_px, stride_px, .. } = *options;
+    let mut matches = Vec::new();
+    // The grid is centred so that what is cut off is the same on both sides.
+    let starts = |extent: usize| {
+        let count = if extent < size_px { 0 } else { (extent - size_px) / stride_px + 1 };
+        let first = if count == 0 { 0 } else { (extent - size_px - (count - 1) * stride_px) / 2 };
+        (0..count).map(move |i| first + i * stride_px)
+    };
+    for y in starts(view.height_px) {
+        for x in starts(view.width_px) {
+            matches.extend(match_window(view, map, offset_px, options, [x, y]));
+        }
+    }
+    matches
+}
+
+fn match_window(
+    view: &Structure,
+    map: &Structure,
+    offset_px: [isize; 2],
+    options: &WindowOptions,
+    corner: [usize; 2],
+) -> Option<WindowMatch> {
+    let (size, radius) = (options.size_px, options.radius_px);
+    let area = (size * size) as f32;
+    let view_energy = box_energy(view, corner, size);
+    if view_energy < LEAST_ENERGY * area {
+        return None;
+    }
+    let left = corner[0] as isize + offset_px[0] - radius as isize;
+    let top = corner[1] as isize + offset_px[1] - radius as isize;
+    let reach = (size + 2 * radius) as isize;
+    if left < 0 || top < 0 || left + reach > map.width_px as isize || top + reach > map.height_px as isize {
+        return None;
+    }
+    let side = 2 * radius + 1;
+    let mut scores = vec![0f32; side * side];
+    for dy in 0..side {
+        for dx in 0..side {
+            let at = [left as usize + dx, top as usize + dy];
+            let map_energy = box_energy(map, at, size);
+            if map_energy >= LEAST_ENERGY * area * 0.5 {
+                let sum: f32 = (0..4)
+                    .map(|k| dot_box(&view.planes[k], view.width_px, corner, &map.planes[k], map.width_px, at, size))
+                    .sum();
+                // Both channels together have twice the mean energy.
+                scores[dy * side + dx] = sum / (2.0 * (view_energy * map_energy).sqrt());
+            }
+        }
+    }
+    let centre_px = [corner[0] as f64 + size as f64 / 2.0, corner[1] as f64 + size as f64 / 2.0];
+    peak_of(&scores, side).map(|peak| WindowMatch {
+        centre_px,
+        displacement_px: peak.position - Vector2::repeat(radius as f64),
+        peak: peak.value,
+        information: peak.information,
+        on_rim: peak.on_rim,
+    })
+}
+
+struct Peak {
+    position: Vector2<f64>,
+    value: f64,
+    information: Matrix2<f64>,
+    on_rim: bool,
+}
+
+/// The highest score and the vertex of the quadratic through its 3 x 3 neighbourhood (least squares).
+fn peak_of(scores: &[f32], side: usize) -> Option<Peak> {
+    let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]))?;
+    let (x, y) = (best % side, best / side);
+    if scores[best] <= 0.0 {
+        return None;
+    }
+    let position = Vector2::new(x as f64, y as f64);
+    let value = f64::from(scores[best]);
+    if x == 0 || y == 0 || x + 1 == side || y + 1 == side {
+        return Some(Peak { position, value, information: Matrix2::identity() * 1e-3, on_rim: true });
+    }
+    let at = |dx: isize, dy: isize| f64::from(scores[(y as isize + dy) as usize * side + (x as isize + dx) as usize]);
+    let (mut gx, mut gy, mut hxx, mut hyy) = (0.0, 0.0, 0.0, 0.0);
+    for k in -1..=1 {
+        gx += (at(1, k) - at(-1, k)) / 6.0;
+        gy += (at(k, 1) - at(k, -1)) / 6.0;
+        hxx += (at(-1, k) - 2.0 * at(0, k) + at(1, k)) / 3.0;
+        hyy += (at(k, -1) - 2.0 * at(k, 0) + at(k, 1)) / 3.0;
+    }
+    let hxy = (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1)) / 4.0;
+    let information = made_definite(Matrix2::new(-hxx, -hxy, -hxy, -hyy));
+    let step = information.try_inverse()? * Vector2::new(gx, gy);
+    let step = step.map(|v| v.clamp(-1.0, 1.0));
+    Some(Peak { position: position + step, value, information, on_rim: false })
+}
+
+/// The nearest matrix whose eigenvalues are positive and not too unlike.
+fn made_definite(m: Matrix2<f64>) -> Matrix2<f64> {
+    let eigen = m.symmetric_eigen();
+    let largest = eigen.eigenvalues.max().max(1e-6);
+    let values = eigen.eigenvalues.map(|v| v.max(LEAST_SHARPNESS * largest));
+    eigen.eigenvectors * Matrix2::from_diagonal(&values) * eigen.eigenvectors.transpose()
+}
+
+fn box_energy(s: &Structure, corner: [usize; 2], size: usize) -> f32 {
+    (corner[1]..corner[1] + size).map(|y| s.energy[y * s.width_px + corner[0]..][..size].iter().sum::<f32>()).sum()
+}
+
+/// Sum of products of two boxes, in eight lanes so that it vectorises; the order of summation is fixed.
+fn dot_box(
+    a: &[f32],
+    a_width: usize,
+    a_at: [usize; 2],
+    b: &[f32],
+    b_width: usize,
+    b_at: [usize; 2],
+    size: usize,
+) -> f32 {
+    let mut lanes = [0f32; 8];
+    for row in 0..size {
+        let p = &a[(a_at[1] + row) * a_width + a_at[0]..][..size];
+        let q = &b[(b_at[1] + row) * b_width + b_at[0]..][..size];
+        for (p, q) in p.chunks_exact(8).zip(q.chunks_exact(8)) {
+            for i in 0..8 {
+                lanes[i] += p[i] * q[i];
+            }
+        }
+    }
+    lanes.iter().sum()
+}
