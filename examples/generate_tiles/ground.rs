@@ -133,8 +133,8 @@ fn field(scene: &Scene, epoch: usize, place: &Place, x: f64, y: f64) -> Rgb {
     colour = scale(colour, tone * (1.0 - 0.09 * wet + 0.06 * patch + crop.streak * streak));
     let shifted = across + f64::from(chance(scene.seed + 21, id.0, 3)) * 20.0;
     let wheel = ((shifted.rem_euclid(21.0) - 10.5).abs() - 0.95).abs();
-    let line = within(wheel, 0.35) * (0.7 + 0.3 * smooth(scene.seed + 22, along / 12.0, across));
-    mix(colour, scale(crop.soil, 0.95), line * crop.lines * 2.2)
+    let line = within(wheel, 0.4) * (0.8 + 0.2 * smooth(scene.seed + 22, along / 12.0, across));
+    mix(colour, scale(crop.soil, 0.95), line * crop.lines * 3.6)
 }
 
 fn grass(scene: &Scene, epoch: usize, x: f64, y: f64) -> Rgb {

@@ -50,8 +50,8 @@ fn main() -> anyhow::Result<()> {
     early_summer.light(Sun { azimuth_deg: 128.0, elevation_deg: 52.0 });
     let clear = Radiometry { gain: [1.02, 1.0, 0.97], gamma: 0.95, haze: 0.05, noise: 1.6 };
     let warmer = Radiometry { gain: [1.07, 1.02, 0.95], gamma: 0.92, haze: 0.07, noise: 1.6 };
-    survey::write(&early_summer, (0, 1400), clear, args.seed + 1, 72, &args.out.join("epoch_1/west.jpg"))?;
-    survey::write(&early_summer, (1160, 2560), warmer, args.seed + 2, 72, &args.out.join("epoch_1/east.jpg"))?;
+    survey::write(&early_summer, (0, 1400), clear, args.seed + 1, 80, &args.out.join("epoch_1/west.jpg"))?;
+    survey::write(&early_summer, (1160, 2560), warmer, args.seed + 2, 80, &args.out.join("epoch_1/east.jpg"))?;
     drop(early_summer);
 
     let autumn = draw(&scene, 1);
@@ -62,13 +62,13 @@ fn main() -> anyhow::Result<()> {
     };
     let hazy = Radiometry { gain: [1.0, 0.98, 1.0], gamma: 1.05, haze: 0.14, noise: 2.0 };
     let morning = relit(Sun { azimuth_deg: 152.0, elevation_deg: 38.0 });
-    survey::write(&morning, (0, SIZE_M[0] as usize), hazy, args.seed + 3, 72, &args.out.join("epoch_2/whole.jpg"))?;
+    survey::write(&morning, (0, SIZE_M[0] as usize), hazy, args.seed + 3, 80, &args.out.join("epoch_2/whole.jpg"))?;
     drop(morning);
 
-    // The flight comes in the afternoon of that season, so no map shows its shadows.
-    let afternoon = relit(Sun { azimuth_deg: 228.0, elevation_deg: 36.0 });
+    // The flight comes at noon of that season, so no map shows its shadows.
+    let noon = relit(Sun { azimuth_deg: 178.0, elevation_deg: 44.0 });
     let camera = Radiometry { gain: [1.05, 1.0, 0.93], gamma: 1.0, haze: 0.08, noise: 3.0 };
-    let frames = flight::fly(&afternoon, camera, args.seed + 4, &args.out.join("flight"))?;
+    let frames = flight::fly(&noon, camera, args.seed + 4, &args.out.join("flight"))?;
     println!("{frames} frames and two epochs in {}", args.out.display());
     Ok(())
 }

@@ -3,7 +3,7 @@
 mod answer;
 pub mod candidates;
 
-pub use answer::{Answer, Fix, NoFix, Reason};
+pub use answer::{Answer, Fix, NoFix, Point, Reason};
 
 use crate::camera::View;
 use crate::geodesy::Geodetic;

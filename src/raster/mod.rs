@@ -1,5 +1,9 @@
 //! Reading orthophotos: files in, masked colour tiles of the tile matrix out.
 
+mod frame;
+
+pub use frame::{FrameError, MAX_EDGE_PX, MAX_FILE_BYTES, MAX_PIXELS, decode_frame, read_frame};
+
 use crate::geodesy::Geodetic;
 use crate::pixels::MaskedColour;
 use crate::tile::TileId;

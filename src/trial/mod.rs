@@ -1,1 +1,25 @@
-//! Scoring against truth: evaluate, calibrate, experiment.
+//! Scoring against truth: absolute registration on flights, relative registration on pairs.
+//!
+//! Reads flight folders and pairs files, runs the same library calls that the commands run, and counts. Truth goes
+//! into the score and into the displaced prior, nowhere else.
+
+mod camera_file;
+mod error;
+mod fix_score;
+mod fix_table;
+mod fixes;
+mod flight;
+mod motions;
+mod pairs;
+mod spread;
+mod table;
+
+pub use camera_file::read_camera;
+pub use error::TrialError;
+pub use fix_score::FixScore;
+pub use fix_table::write_fixes;
+pub use fixes::{FixOutcome, FixTrial};
+pub use flight::{Flight, Frame};
+pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions, write_motions};
+pub use pairs::{Pair, Pairs};
+pub use spread::Spread;

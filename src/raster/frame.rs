@@ -1,0 +1,139 @@
+//! Camera frames: image files and bytes in, gray images out, within a bound on memory.
+
+use crate::pixels::{Colour, Gray};
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+/// The widest and highest frame that is decoded, pixels.
+pub const MAX_EDGE_PX: u32 = 32_768;
+/// The most pixels a frame may have: 150 million (a 150 megapixel survey camera).
+pub const MAX_PIXELS: u64 = 150_000_000;
+/// The largest file that is read as a frame, bytes.
+pub const MAX_FILE_BYTES: u64 = 512 << 20;
+
+/// Why a frame cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum FrameError {
+    /// The file cannot be read.
+    #[error("{path}: {cause}")]
+    Unreadable {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// The bytes are no image of a kind that is read, or a damaged one.
+    #[error("{name} is not a readable PNG, JPEG or WebP image: {reason}")]
+    NotAnImage {
+        /// File or form field.
+        name: String,
+        /// What the decoder says.
+        reason: String,
+    },
+    /// The image (or what its header promises) exceeds the bounds.
+    #[error("{name} is too large: {found}; at most {MAX_PIXELS} pixels, {MAX_EDGE_PX} a side, are decoded")]
+    TooLarge {
+        /// File or form field.
+        name: String,
+        /// Its size as stated.
+        found: String,
+    },
+}
+
+impl FrameError {
+    /// A stable word for scripts and HTTP.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Unreadable { .. } => "image_unreadable",
+            Self::NotAnImage { .. } => "not_an_image",
+            Self::TooLarge { .. } => "image_too_large",
+        }
+    }
+}
+
+/// The frame in a file, as gray (luma of ITU-R BT.601). Alpha and orientation tags are not applied: a camera's pixels
+/// are taken as they are stored.
+///
+/// # Errors
+/// Where the file cannot be read, is no image, or exceeds the bounds.
+pub fn read_frame(path: &Path) -> Result<Gray, FrameError> {
+    let unreadable = |cause| FrameError::Unreadable { path: path.into(), cause };
+    let size = std::fs::metadata(path).map_err(unreadable)?.len();
+    let name = path.display().to_string();
+    if size > MAX_FILE_BYTES {
+        return Err(FrameError::TooLarge { name, found: format!("{size} bytes") });
+    }
+    decode_frame(&std::fs::read(path).map_err(unreadable)?, &name)
+}
+
+/// The frame in the bytes of a PNG, JPEG or WebP file; `name` is what errors call it.
+///
+/// # Errors
+/// As [`read_frame`]; the size is checked in the header before any pixel is decoded.
+pub fn decode_frame(bytes: &[u8], name: &str) -> Result<Gray, FrameError> {
+    let bad = |e: image::ImageError| match e {
+        image::ImageError::Limits(e) => FrameError::TooLarge { name: name.into(), found: e.to_string() },
+        other => FrameError::NotAnImage { name: name.into(), reason: other.to_string() },
+    };
+    let open = || image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let unreadable = |e: std::io::Error| FrameError::NotAnImage { name: name.into(), reason: e.to_string() };
+    let (width, height) = open().map_err(unreadable)?.into_dimensions().map_err(bad)?;
+    if width > MAX_EDGE_PX || height > MAX_EDGE_PX || u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(FrameError::TooLarge { name: name.into(), found: format!("{width} x {height} px") });
+    }
+    let mut reader = open().map_err(unreadable)?;
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(MAX_EDGE_PX);
+    limits.max_image_height = Some(MAX_EDGE_PX);
+    // Up to 8 bytes a pixel (16-bit RGBA), and the decoder's own tables.
+    limits.max_alloc = Some(MAX_PIXELS * 8 + (64 << 20));
+    reader.limits(limits);
+    let rgb = reader.decode().map_err(bad)?.into_rgb8();
+    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
+    Ok(Colour::from_values(width, height, rgb.into_raw()).expect("three values a pixel").to_gray())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(width: u32, height: u32, rgb: [u8; 3]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        image::RgbImage::from_pixel(width, height, image::Rgb(rgb))
+            .write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png)
+            .unwrap();
+        bytes
+    }
+
+    #[test]
+    fn grays_by_luma_of_bt_601() {
+        let gray = decode_frame(&png(3, 2, [200, 100, 50]), "x").unwrap();
+        assert_eq!((gray.width_px(), gray.height_px()), (3, 2));
+        assert!((gray.at(2, 1) - 124.2).abs() < 1e-3);
+    }
+
+    #[test]
+    fn refuses_what_is_not_an_image() {
+        for bytes in [&b""[..], b"hello", &png(4, 4, [1, 2, 3])[..40]] {
+            assert_eq!(decode_frame(bytes, "x").unwrap_err().code(), "not_an_image");
+        }
+        assert_eq!(read_frame(Path::new("no/such/file.png")).unwrap_err().code(), "image_unreadable");
+    }
+
+    #[test]
+    fn refuses_a_header_that_promises_too_much() {
+        // A PNG whose IHDR says 1,000,000 x 1,000,000, with its checksum right.
+        let mut bytes = png(4, 4, [1, 2, 3]);
+        bytes[16..20].copy_from_slice(&1_000_000u32.to_be_bytes());
+        bytes[20..24].copy_from_slice(&1_000_000u32.to_be_bytes());
+        let crc = crc32(&bytes[12..29]);
+        bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+        assert_eq!(decode_frame(&bytes, "bomb").unwrap_err().code(), "image_too_large");
+    }
+
+    fn crc32(bytes: &[u8]) -> u32 {
+        !bytes.iter().fold(!0u32, |crc, &b| {
+            (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xedb8_8320 } else { c >> 1 })
+        })
+    }
+}

@@ -1,0 +1,173 @@
+//! `FixScore`: what a set of fixes is worth against truth.
+
+use super::{FixOutcome, Spread};
+use crate::geodesy::Enu;
+use crate::locate::Answer;
+use serde::Serialize;
+
+/// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
+const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
+
+/// The summary of `evaluate fixes`, as JSON spells it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FixScore {
+    /// Frames of the flight.
+    pub frames: usize,
+    /// Accepted.
+    pub fixes: usize,
+    /// Accepted and within `right_m`.
+    pub right: usize,
+    /// Accepted and not right.
+    #[serde(rename = "false")]
+    pub wrong: usize,
+    /// Not accepted.
+    pub no_fix: usize,
+    /// Of all accepted fixes, right or false, metres.
+    pub error_m: Option<Spread>,
+    /// Share of accepted fixes whose truth lies in their own 95 % ellipse.
+    pub ellipse95_coverage: Option<f64>,
+    /// From the decoded frame in memory to the answer.
+    pub elapsed_ms: Option<Spread>,
+    /// From the file to the decoded frame.
+    pub decode_ms: Option<Spread>,
+    /// Base tiles whose imagery was searched.
+    pub tiles_searched: Option<Spread>,
+    /// What counts as right, metres.
+    pub right_m: f64,
+    /// Of each search.
+    pub threads: usize,
+}
+
+impl FixScore {
+    /// Scores outcomes.
+    pub fn of(outcomes: &[FixOutcome], right_m: f64, threads: usize) -> Self {
+        let errors: Vec<f64> = outcomes.iter().filter_map(|o| o.error).map(Enu::length_m).collect();
+        let fixes = errors.len();
+        let right = errors.iter().filter(|e| **e <= right_m).count();
+        let covered = outcomes.iter().filter(|o| o.is_in_ellipse95() == Some(true)).count();
+        let spread = |of: fn(&FixOutcome) -> f64| Spread::of(outcomes.iter().map(of).collect());
+        Self {
+            frames: outcomes.len(),
+            fixes,
+            right,
+            wrong: fixes - right,
+            no_fix: outcomes.len() - fixes,
+            error_m: Spread::of(errors),
+            ellipse95_coverage: (fixes > 0).then(|| covered as f64 / fixes as f64),
+            elapsed_ms: spread(|o| o.elapsed_ms),
+            decode_ms: spread(|o| o.decode_ms),
+            tiles_searched: spread(|o| o.tiles_searched() as f64),
+            right_m,
+            threads,
+        }
+    }
+}
+
+impl FixOutcome {
+    /// Whether the truth lies in the fix's own 95 % ellipse; `None` without a fix. A covariance that is not positive
+    /// definite covers nothing.
+    pub fn is_in_ellipse95(&self) -> Option<bool> {
+        let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
+        let [[ee, en], [_, nn]] = fix.covariance_m2;
+        let determinant = ee * nn - en * en;
+        let (e, n) = (error.east_m, error.north_m);
+        Some(
+            ee > 0.0
+                && determinant > 0.0
+                && (nn * e * e - 2.0 * en * e * n + ee * n * n) / determinant <= CHI_SQUARE_95,
+        )
+    }
+
+    /// Base tiles whose imagery was searched.
+    pub fn tiles_searched(&self) -> usize {
+        match &self.answer {
+            Answer::Fix(fix) => fix.tiles_searched,
+            Answer::NoFix(no_fix) => no_fix.tiles_searched,
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::geodesy::{Geodetic, LocalFrame};
+    use crate::locate::{Fix, NoFix, Point, Reason};
+
+    /// A fix off by `error` metres with a given covariance, or none.
+    pub(crate) fn outcome(error: Option<[f64; 2]>, covariance_m2: [[f64; 2]; 2]) -> FixOutcome {
+        let truth = Geodetic::from_degrees(48.0, 15.0).unwrap();
+        let error = error.map(|[east_m, north_m]| Enu { east_m, north_m });
+        let answer = match error {
+            Some(error) => {
+                let at = LocalFrame::at(truth).geodetic_from_enu(error).unwrap();
+                let point = Point { latitude_deg: at.latitude_deg(), longitude_deg: at.longitude_deg() };
+                Answer::Fix(Fix {
+                    latitude_deg: point.latitude_deg,
+                    longitude_deg: point.longitude_deg,
+                    heading_deg: 12.0,
+                    heading_sigma_deg: 0.2,
+                    gsd_m_per_px: 1.0,
+                    scale_sigma_ratio: 0.001,
+                    covariance_m2,
+                    score: 20.0,
+                    false_fix_probability: 1e-9,
+                    image_centre: point,
+                    inliers: 30,
+                    tiles_searched: 6,
+                    nominal_count: 4.0,
+                    map_epoch: None,
+                    time_s: None,
+                    elapsed_ms: 10.0,
+                })
+            }
+            None => Answer::NoFix(NoFix {
+                reason: Reason::Ambiguous,
+                detail: "two places".into(),
+                score: None,
+                tiles_searched: 9,
+                nominal_count: 4.0,
+                time_s: None,
+                elapsed_ms: 12.0,
+            }),
+        };
+        FixOutcome { image: "a.png".into(), truth, prior: truth, answer, error, elapsed_ms: 10.0, decode_ms: 1.0 }
+    }
+
+    #[test]
+    fn counts_right_false_and_none_apart() {
+        let unit = [[1.0, 0.0], [0.0, 1.0]];
+        let outcomes = [
+            outcome(Some([3.0, 4.0]), unit),
+            outcome(Some([0.0, 1.0]), unit),
+            outcome(Some([300.0, 0.0]), unit),
+            outcome(None, unit),
+        ];
+        let score = FixScore::of(&outcomes, 5.0, 2);
+        assert_eq!((score.frames, score.fixes, score.right, score.wrong, score.no_fix), (4, 3, 2, 1, 1));
+        let error = score.error_m.unwrap();
+        assert!((error.median - 5.0).abs() < 1e-9 && (error.max - 300.0).abs() < 1e-9);
+        // Only the one at one sigma lies in its ellipse.
+        assert!((score.ellipse95_coverage.unwrap() - 1.0 / 3.0).abs() < 1e-12);
+        assert_eq!(score.tiles_searched.unwrap().max, 9.0);
+        let json = serde_json::to_value(&score).unwrap();
+        assert_eq!(json["false"], 1);
+        assert_eq!(json["error_m"]["p95"].as_f64().unwrap(), error.p95);
+    }
+
+    #[test]
+    fn an_ellipse_is_judged_along_its_own_axes() {
+        // Ten metres along its long axis (sigma 7), and the same ten across it (sigma about 1).
+        let slanted = [[25.0, 24.0], [24.0, 25.0]];
+        let d = 10.0 / f64::sqrt(2.0);
+        assert_eq!(outcome(Some([d, d]), slanted).is_in_ellipse95(), Some(true));
+        assert_eq!(outcome(Some([d, -d]), slanted).is_in_ellipse95(), Some(false));
+        assert_eq!(outcome(Some([0.0, 0.0]), [[1.0, 1.0], [1.0, 1.0]]).is_in_ellipse95(), Some(false));
+        assert_eq!(outcome(None, slanted).is_in_ellipse95(), None);
+    }
+
+    #[test]
+    fn no_frame_accepted_is_a_score_too() {
+        let score = FixScore::of(&[outcome(None, [[1.0, 0.0], [0.0, 1.0]])], 5.0, 1);
+        assert_eq!((score.fixes, score.error_m, score.ellipse95_coverage), (0, None, None));
+    }
+}
