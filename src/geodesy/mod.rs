@@ -3,12 +3,14 @@
 //! Radians inside; degrees only through `*_deg` constructors and accessors. No I/O. What reads a CRS out of a file
 //! lives in `raster`; here a CRS is already a code or a set of parameters.
 
+mod crs;
 mod enu;
 mod geodesic;
 mod geodetic;
 mod mercator;
 mod wgs84;
 
+pub use crs::{Crs, CrsError, DatumShift, Definition, Ellipsoid, Method};
 pub use enu::{Enu, LocalFrame};
 pub use geodesic::{Geodesic, destination, geodesic_between};
 pub use geodetic::Geodetic;

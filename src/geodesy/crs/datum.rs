@@ -1,0 +1,157 @@
+//! Datums: how far a CRS's ellipsoid and frame lie from WGS84, and how well that is known.
+
+use super::{CrsError, epsg};
+
+/// An ellipsoid of revolution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ellipsoid {
+    /// Semi-major axis, metres.
+    pub semi_major_m: f64,
+    /// Inverse flattening; 0 for a sphere.
+    pub inverse_flattening: f64,
+}
+
+impl Ellipsoid {
+    /// WGS 84 (EPSG:7030).
+    pub const WGS84: Self = Self { semi_major_m: 6_378_137.0, inverse_flattening: 298.257_223_563 };
+    /// GRS 1980 (EPSG:7019); 0.1 mm from WGS 84.
+    pub const GRS80: Self = Self { semi_major_m: 6_378_137.0, inverse_flattening: 298.257_222_101 };
+
+    /// Whether it is WGS84's or GRS80's, within 1 mm at the poles.
+    pub fn is_geocentric_modern(self) -> bool {
+        (self.semi_major_m - 6_378_137.0).abs() < 1e-3 && (self.inverse_flattening - 298.257_223).abs() < 1e-5
+    }
+}
+
+/// How coordinates on a datum become WGS84.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DatumShift {
+    /// Taken as WGS84 as it is.
+    Null {
+        /// One standard deviation per axis of doing so, metres.
+        error_m: f64,
+    },
+    /// Three or seven Helmert parameters (position vector): metres, arc seconds, parts per million.
+    Helmert {
+        /// dx, dy, dz, rx, ry, rz, scale; the last four 0 where only three are known.
+        to_wgs84: [f64; 7],
+        /// One standard deviation per axis of the shift, metres.
+        error_m: f64,
+    },
+    /// Nothing is known.
+    Unknown,
+}
+
+impl DatumShift {
+    /// The ellipsoid and shift of a geographic CRS by its EPSG code.
+    ///
+    /// # Errors
+    /// [`CrsError`] where the code is not known, or its system is refused.
+    pub fn of_geographic(code: u32) -> Result<(Ellipsoid, Self), CrsError> {
+        epsg::datum_of(code)
+    }
+
+    /// What may be said of a datum of which only the ellipsoid is known.
+    pub fn of_ellipsoid(ellipsoid: Ellipsoid) -> Self {
+        if ellipsoid.is_geocentric_modern() { Self::Null { error_m: OTHER_MODERN_ERROR_M } } else { Self::Unknown }
+    }
+
+    /// A shift that a file states itself: dx, dy, dz in metres, rx, ry, rz in arc seconds, scale in parts per million.
+    pub fn stated(to_wgs84: [f64; 7]) -> Self {
+        let error_m = if to_wgs84[3..].iter().any(|v| *v != 0.0) {
+            OTHER_SEVEN_PARAMETER_ERROR_M
+        } else {
+            OTHER_THREE_PARAMETER_ERROR_M
+        };
+        Self::Helmert { to_wgs84, error_m }
+    }
+
+    /// Whether nothing has to be done to coordinates.
+    pub fn is_null(&self) -> bool {
+        matches!(self, Self::Null { .. })
+    }
+
+    /// One standard deviation per axis, metres.
+    ///
+    /// # Errors
+    /// [`CrsError::Refused`] where the shift is not known.
+    pub fn error_m(&self, name: &str) -> Result<f64, CrsError> {
+        match self {
+            Self::Null { error_m } | Self::Helmert { error_m, .. } => Ok(*error_m),
+            Self::Unknown => Err(CrsError::Refused {
+                name: name.into(),
+                reason: "the shift of its datum to WGS 84 is not known; reproject the file with gdalwarp -t_srs EPSG:4326"
+                    .into(),
+            }),
+        }
+    }
+}
+
+/// One row of [`DATUMS`].
+pub(super) struct DatumRow {
+    /// EPSG code of the datum (6xxx, as GeoTIFF and WKT 1 write it).
+    pub code: u32,
+    /// One standard deviation per axis of taking it to WGS84 by what is available, metres.
+    pub error_m: f64,
+}
+
+/// What the shifts used here are worth: the accuracy that EPSG states for the transformation named, or the known
+/// drift of the frame where that is larger; an EPSG accuracy is taken as one standard deviation per axis, which errs
+/// on the side of caution.
+#[rustfmt::skip]
+pub(super) const DATUMS: &[DatumRow] = &[
+    DatumRow { code: 6326, error_m: 0.0 }, // WGS 84 itself
+    DatumRow { code: 6269, error_m: 1.0 }, // NAD83: null (EPSG:1188 says 4 m for all realisations); NAD83(2011) lies 1.0 to 1.6 m from ITRF2014 in the conterminous US (NGS, HTDP)
+    DatumRow { code: 6152, error_m: 1.0 }, // NAD83(HARN): as NAD83
+    DatumRow { code: 6140, error_m: 1.0 }, // NAD83(CSRS): as NAD83
+    DatumRow { code: 6759, error_m: 1.0 }, // NAD83(NSRS2007): as NAD83
+    DatumRow { code: 1116, error_m: 1.0 }, // NAD83(2011): as NAD83
+    DatumRow { code: 6258, error_m: 1.0 }, // ETRS89: null, EPSG:1149, 1 m; drifts 2.5 cm a year since 1989
+    DatumRow { code: 6171, error_m: 1.0 }, // RGF93: null, EPSG:1671, 1 m
+    DatumRow { code: 6283, error_m: 3.0 }, // GDA94: null, EPSG:1150, 3 m; drifts 7 cm a year since 1994
+    DatumRow { code: 1168, error_m: 3.0 }, // GDA2020: null, EPSG:8450, 3 m
+    DatumRow { code: 6167, error_m: 1.0 }, // NZGD2000: null, EPSG:1565, 1 m
+    DatumRow { code: 6277, error_m: 2.0 }, // OSGB36: Helmert, EPSG:1314, 2 m (the OSTN15 grid is not held here)
+    DatumRow { code: 6314, error_m: 3.0 }, // DHDN: Helmert, EPSG:1777, 3 m (the BeTA2007 grid is not held here)
+    DatumRow { code: 6150, error_m: 1.0 }, // CH1903+: three parameters, EPSG:1676, 1 m
+    DatumRow { code: 6149, error_m: 2.0 }, // CH1903: three parameters; FINELTRA distortions of up to 1.5 m remain
+    DatumRow { code: 6289, error_m: 1.0 }, // Amersfoort: Helmert, EPSG:4833, 1 m (the RDNAPTRANS grid is not held here)
+    DatumRow { code: 6300, error_m: 1.0 }, // TM65, Geodetic Datum of 1965: Helmert, EPSG:1641, 1 m
+    DatumRow { code: 6299, error_m: 1.0 }, // TM65: Helmert, EPSG:1641, 1 m
+    DatumRow { code: 6313, error_m: 1.0 }, // Belge 1972: Helmert, EPSG:1609, 1 m
+    DatumRow { code: 6312, error_m: 3.5 }, // MGI: Helmert, EPSG:1618, 1.5 m in Austria; wider elsewhere
+    DatumRow { code: 6272, error_m: 4.0 }, // NZGD49: Helmert, EPSG:1564, 4 m
+    DatumRow { code: 6230, error_m: 10.0 }, // ED50: mean shift, EPSG:1133, 10 m
+];
+
+/// Any datum on GRS80 or WGS84 that [`DATUMS`] does not name: modern geocentric frames differ by plate motion since
+/// their epoch, at most 7 cm a year over some 40 years.
+pub(super) const OTHER_MODERN_ERROR_M: f64 = 3.0;
+/// A datum with seven published parameters that [`DATUMS`] does not name; EPSG states 1 to 10 m for such.
+pub(super) const OTHER_SEVEN_PARAMETER_ERROR_M: f64 = 5.0;
+/// A datum with three published parameters that [`DATUMS`] does not name; EPSG states 5 to 44 m for such.
+pub(super) const OTHER_THREE_PARAMETER_ERROR_M: f64 = 15.0;
+
+/// The stated error of a datum by its EPSG code.
+pub(super) fn error_of_datum(code: u32) -> Option<f64> {
+    DATUMS.iter().find(|row| row.code == code).map(|row| row.error_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knows_the_modern_ellipsoids_from_the_old() {
+        assert!(Ellipsoid::WGS84.is_geocentric_modern() && Ellipsoid::GRS80.is_geocentric_modern());
+        let clarke_1866 = Ellipsoid { semi_major_m: 6_378_206.4, inverse_flattening: 294.978_698_2 };
+        assert!(!clarke_1866.is_geocentric_modern());
+    }
+
+    #[test]
+    fn refuses_an_unknown_datum_by_name() {
+        let refusal = DatumShift::Unknown.error_m("Moon 2000").unwrap_err();
+        assert_eq!(refusal.code(), "crs_refused");
+        assert!(refusal.to_string().contains("Moon 2000") && refusal.to_string().contains("gdalwarp"));
+    }
+}

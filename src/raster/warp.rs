@@ -1,0 +1,235 @@
+//! Warping: a source seen through a tile of the matrix.
+//!
+//! A tile pixel that covers at most about one source pixel is interpolated at its centre; one that covers more is the
+//! mean of samples spread over its whole footprint, no farther apart than a pixel of the level they are taken from.
+
+use super::RasterError;
+use super::block::{BlockCache, BlockSource, Level};
+use super::georeference::Georeference;
+use super::mapping::{Cell, Fit, fit};
+use super::window::{Sample, Window};
+use crate::pixels::{Colour, Mask, MaskedColour};
+use crate::tile::{TILE_SIZE_PX, TileId};
+
+/// Edge of a cell of the position lattice; divides a tile.
+const CELL_PX: i64 = 64;
+/// Up to this many source pixels under a tile pixel it is interpolated, not averaged: the source on the matrix itself
+/// gives 1, and a level chosen by `zoom_for_gsd` up to 1.02.
+const INTERPOLATED_UP_TO: f64 = 1.05;
+/// An overview is used only where at least this many of its pixels, per axis, are averaged: overviews are often made
+/// by dropping pixels.
+const OVERVIEW_OVERSAMPLING: f64 = 2.0;
+/// A window of more pixels is cut up (16 MB).
+const MAX_WINDOW_PX: f64 = 1024.0 * 1024.0;
+/// Samples per axis of one tile pixel at most; beyond 256 source pixels per tile pixel they no longer touch.
+const MAX_SAMPLES: f64 = 256.0;
+
+/// A source and the cache that its blocks are kept in.
+pub(super) struct Warp<'a> {
+    pub georeference: &'a Georeference,
+    pub source: &'a dyn BlockSource,
+    pub cache: &'a BlockCache,
+    pub source_key: u64,
+}
+
+/// A tile being filled.
+struct Canvas {
+    /// The tile's upper-left pixel in the world of its zoom.
+    x: i64,
+    y: i64,
+    zoom: u8,
+    tile: MaskedColour,
+    any_valid: bool,
+    window: Window,
+    sums: Vec<Sample>,
+}
+
+impl Warp<'_> {
+    /// The tile's pixels; `None` where none is valid.
+    pub fn tile(&self, tile: TileId) -> Result<Option<MaskedColour>, RasterError> {
+        let edge = TILE_SIZE_PX as usize;
+        let (x, y) = (i64::from(tile.column()) * i64::from(TILE_SIZE_PX), i64::from(tile.row()) * i64::from(TILE_SIZE_PX));
+        let zoom = tile.zoom();
+        if !self.may_touch(zoom, x, y, i64::from(TILE_SIZE_PX)) {
+            return Ok(None);
+        }
+        let blank = MaskedColour { colour: Colour::black(edge, edge), mask: Mask::filled(edge, edge, false) };
+        let mut canvas = Canvas { x, y, zoom, tile: blank, any_valid: false, window: Window::default(), sums: Vec::new() };
+        for cell_y in (y..y + edge as i64).step_by(CELL_PX as usize) {
+            for cell_x in (x..x + edge as i64).step_by(CELL_PX as usize) {
+                self.fill(&mut canvas, cell_x, cell_y, CELL_PX)?;
+            }
+        }
+        Ok(canvas.any_valid.then_some(canvas.tile))
+    }
+
+    /// Whether a square of the world's pixels meets the source's extent, on either side of the antimeridian.
+    fn may_touch(&self, zoom: u8, x: i64, y: i64, size: i64) -> bool {
+        let world_px = f64::from(TILE_SIZE_PX) * (1u64 << zoom) as f64;
+        let [west, north, east, south] = self.georeference.world.map(|v| v * world_px);
+        let (x0, y0, x1, y1) = (x as f64, y as f64, (x + size) as f64, (y + size) as f64);
+        y0 < south && north < y1 && [-1.0, 0.0, 1.0].into_iter().any(|k| x0 + k * world_px < east && west < x1 + k * world_px)
+    }
+
+    fn fill(&self, canvas: &mut Canvas, x: i64, y: i64, size: i64) -> Result<(), RasterError> {
+        if !self.may_touch(canvas.zoom, x, y, size) {
+            return Ok(());
+        }
+        let cell = match fit(self.georeference, canvas.zoom, x, y, size) {
+            Fit::Nowhere => return Ok(()),
+            Fit::Bilinear(cell) => Some(cell),
+            Fit::Bent => None,
+        };
+        if let Some(cell) = cell {
+            let ([left, top], [right, bottom]) = cell.source_bounds();
+            let (width, height) = self.georeference.size_px;
+            if left >= width || top >= height || right <= 0.0 || bottom <= 0.0 {
+                return Ok(());
+            }
+            let (level, cell) = self.choose_level(cell);
+            let ([left, top], [right, bottom]) = cell.source_bounds();
+            if size == 1 || (right - left + 6.0) * (bottom - top + 6.0) <= MAX_WINDOW_PX {
+                return self.draw(canvas, level, &cell);
+            }
+        } else if size == 1 {
+            return Ok(());
+        }
+        for (quarter_x, quarter_y) in Cell::quarters(x, y, size) {
+            self.fill(canvas, quarter_x, quarter_y, size / 2)?;
+        }
+        Ok(())
+    }
+
+    /// The coarsest level that still leaves enough pixels to average, and the cell in its pixels.
+    fn choose_level(&self, cell: Cell) -> (usize, Cell) {
+        let (across, down) = cell.shrink();
+        let levels = self.source.levels();
+        let scale = |level: &Level| {
+            [level.width_px as f64 / levels[0].width_px as f64, level.height_px as f64 / levels[0].height_px as f64]
+        };
+        let enough = |level: &Level| across.min(down) * scale(level)[0].min(scale(level)[1]) >= OVERVIEW_OVERSAMPLING;
+        let chosen = levels.iter().rposition(enough).unwrap_or(0);
+        (chosen, cell.scaled(scale(&levels[chosen])))
+    }
+
+    fn draw(&self, canvas: &mut Canvas, level: usize, cell: &Cell) -> Result<(), RasterError> {
+        let ([left, top], [right, bottom]) = cell.source_bounds();
+        if (right - left + 6.0) * (bottom - top + 6.0) > 4.0 * MAX_WINDOW_PX {
+            return self.draw_sparsely(canvas, level, cell);
+        }
+        // Three pixels more on each side: the kernel's two, and one for rounding.
+        let (x0, y0) = (left.floor() as i64 - 3, top.floor() as i64 - 3);
+        let (x1, y1) = (right.ceil() as i64 + 3, bottom.ceil() as i64 + 3);
+        self.load(&mut canvas.window, level, [x0, y0, x1, y1])?;
+        let (across, down) = cell.shrink();
+        if across <= INTERPOLATED_UP_TO && down <= INTERPOLATED_UP_TO {
+            canvas.interpolate(cell);
+        } else {
+            let samples = |shrink: f64| if shrink <= INTERPOLATED_UP_TO { 1 } else { shrink.ceil().min(MAX_SAMPLES) as usize };
+            canvas.average(cell, samples(across), samples(down));
+        }
+        Ok(())
+    }
+
+    /// One tile pixel over more than a whole window of source: single pixels of it stand for the rest.
+    fn draw_sparsely(&self, canvas: &mut Canvas, level: usize, cell: &Cell) -> Result<(), RasterError> {
+        const PER_AXIS: usize = 32;
+        let mut sum = [0.0f32; 4];
+        for i in 0..PER_AXIS * PER_AXIS {
+            let share = |k: usize| (k as f64 + 0.5) / PER_AXIS as f64;
+            let [x, y] = cell.at(share(i % PER_AXIS), share(i / PER_AXIS));
+            let (column, row) = (x.floor() as i64, y.floor() as i64);
+            self.load(&mut canvas.window, level, [column, row, column + 2, row + 2])?;
+            let value = canvas.window.sample(column as f64 + 0.5, row as f64 + 0.5);
+            for c in 0..4 {
+                sum[c] += value[c] / (PER_AXIS * PER_AXIS) as f32;
+            }
+        }
+        canvas.put_mean(cell.x, cell.y, sum);
+        Ok(())
+    }
+
+    /// Fills the window [x0, x1) x [y0, y1) of a level from its blocks.
+    fn load(&self, window: &mut Window, level: usize, [x0, y0, x1, y1]: [i64; 4]) -> Result<(), RasterError> {
+        window.reset(x0, y0, (x1 - x0) as usize, (y1 - y0) as usize);
+        let Level { width_px, height_px, block_width_px, block_height_px } = self.source.levels()[level];
+        let inside = x0 >= 0 && y0 >= 0 && x1 <= width_px as i64 && y1 <= height_px as i64;
+        let clip = |v: i64, size: u64| v.clamp(0, size as i64) as u64;
+        let (left, right) = (clip(x0, width_px), clip(x1, width_px));
+        let (top, bottom) = (clip(y0, height_px), clip(y1, height_px));
+        let mut all_valid = inside;
+        if left < right && top < bottom {
+            for row in top / block_height_px..=(bottom - 1) / block_height_px {
+                for column in left / block_width_px..=(right - 1) / block_width_px {
+                    let key = (self.source_key, level, column, row);
+                    let block = self.cache.get(key, || self.source.read(level, column, row))?;
+                    let corner = ((column * block_width_px) as i64, (row * block_height_px) as i64);
+                    all_valid &= window.paste(&block, corner.0, corner.1);
+                }
+            }
+        }
+        window.set_all_valid(all_valid);
+        Ok(())
+    }
+}
+
+impl Canvas {
+    fn interpolate(&mut self, cell: &Cell) {
+        let size = cell.size as f64;
+        for j in 0..cell.size {
+            let ty = (j as f64 + 0.5) / size;
+            let (start, end) = (cell.at(0.0, ty), cell.at(1.0, ty));
+            let step = [(end[0] - start[0]) / size, (end[1] - start[1]) / size];
+            for i in 0..cell.size {
+                let t = i as f64 + 0.5;
+                if let Some(rgb) = self.window.interpolate(start[0] + step[0] * t, start[1] + step[1] * t) {
+                    self.put(cell.x + i, cell.y + j, rgb);
+                }
+            }
+        }
+    }
+
+    /// Means of `across` x `down` samples over each pixel of the cell.
+    fn average(&mut self, cell: &Cell, across: usize, down: usize) {
+        let size = cell.size as usize;
+        let (columns, rows) = (size * across, size * down);
+        let share = 1.0 / (across * down) as f32;
+        for j in 0..size {
+            self.sums.clear();
+            self.sums.resize(size, [0.0; 4]);
+            for sub in 0..down {
+                let ty = ((j * down + sub) as f64 + 0.5) / rows as f64;
+                let (start, end) = (cell.at(0.0, ty), cell.at(1.0, ty));
+                let step = [(end[0] - start[0]) / columns as f64, (end[1] - start[1]) / columns as f64];
+                for (i, sum) in self.sums.iter_mut().enumerate() {
+                    for sub in 0..across {
+                        let t = (i * across + sub) as f64 + 0.5;
+                        let value = self.window.sample(start[0] + step[0] * t, start[1] + step[1] * t);
+                        for c in 0..4 {
+                            sum[c] += value[c] * share;
+                        }
+                    }
+                }
+            }
+            for i in 0..size {
+                let mean = self.sums[i];
+                self.put_mean(cell.x + i as i64, cell.y + j as i64, mean);
+            }
+        }
+    }
+
+    /// A premultiplied mean: kept where at least half of the pixel's area is valid (less rounding).
+    fn put_mean(&mut self, x: i64, y: i64, mean: Sample) {
+        if mean[3] >= 0.4999 {
+            self.put(x, y, [mean[0] / mean[3], mean[1] / mean[3], mean[2] / mean[3]]);
+        }
+    }
+
+    fn put(&mut self, x: i64, y: i64, rgb: [f32; 3]) {
+        let (column, row) = ((x - self.x) as usize, (y - self.y) as usize);
+        // `as` saturates: cubic convolution overshoots.
+        self.tile.colour.set(column, row, rgb.map(|v| (v + 0.5) as u8));
+        self.tile.mask.set(column, row, true);
+        self.any_valid = true;
+    }
+}
