@@ -22,7 +22,7 @@ impl Block {
 
     /// Whether a validity channel is kept.
     pub fn has_validity(&self) -> bool {
-        self.channels % 2 == 0
+        self.channels.is_multiple_of(2)
     }
 }
 
@@ -127,8 +127,7 @@ impl BlockCache {
         let mut state = self.state();
         state.clock += 1;
         let now = state.clock;
-        let entry =
-            state.slots.entry(key).or_insert_with(|| Entry { slot: Slot::default(), bytes: 0, last_used: now });
+        let entry = state.slots.entry(key).or_insert_with(|| Entry { slot: Slot::default(), bytes: 0, last_used: now });
         entry.last_used = now;
         entry.slot.clone()
     }

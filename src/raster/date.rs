@@ -6,8 +6,14 @@ const TAG_DATE_TIME: u16 = 306;
 const TAG_EXIF: u16 = 34665;
 const TAG_DATE_TIME_ORIGINAL: u16 = 36867;
 const TAG_GDAL_METADATA: u16 = 42112;
-const GDAL_METADATA: &[&str] =
-    &["ACQUISITION_DATE", "ACQUISITIONDATE", "ACQUISITIONDATETIME", "ACQUISITION_DATETIME", "DATE_ACQUIRED", "TIFFTAG_DATETIME"];
+const GDAL_METADATA: &[&str] = &[
+    "ACQUISITION_DATE",
+    "ACQUISITIONDATE",
+    "ACQUISITIONDATETIME",
+    "ACQUISITION_DATETIME",
+    "DATE_ACQUIRED",
+    "TIFFTAG_DATETIME",
+];
 
 /// A TIFF's: GDAL's metadata item, EXIF's original time, the DateTime tag, in this order.
 pub(super) fn of_tiff(file: &TiffFile, image: &Ifd) -> Option<String> {

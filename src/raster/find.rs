@@ -85,7 +85,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path();
         std::fs::create_dir_all(root.join("b/.cache")).unwrap();
-        for name in ["z.TIF", "b/a.png", "b/a.pgw", "b/a.prj", "b/.cache/x.tif", "a.jpg", "readme.txt", "a.tif.ovr", "a.tif.msk"] {
+        for name in [
+            "z.TIF",
+            "b/a.png",
+            "b/a.pgw",
+            "b/a.prj",
+            "b/.cache/x.tif",
+            "a.jpg",
+            "readme.txt",
+            "a.tif.ovr",
+            "a.tif.msk",
+        ] {
             std::fs::write(root.join(name), b"x").unwrap();
         }
         let found = find_sources(&[root.to_path_buf(), root.join("a.jpg")]).unwrap();

@@ -1,5 +1,6 @@
 //! `Orthophoto`: an opened source.
 
+use super::RasterError;
 use super::affine::Affine;
 use super::block::{BlockCache, BlockSource};
 use super::georeference::Georeference;
@@ -7,7 +8,6 @@ use super::photo::PhotoSource;
 use super::side_files::{prj_crs, world_placement};
 use super::tiff::{TiffSource, placement};
 use super::warp::Warp;
-use super::RasterError;
 use crate::geodesy::{Crs, Geodetic};
 use crate::pixels::MaskedColour;
 use crate::tile::TileId;

@@ -113,7 +113,8 @@ fn block(image: DynamicImage, stretch: Option<(f64, f64)>) -> Block {
         (DynamicImage::ImageRgba8(i), None) => (4, i.into_raw(), 128),
         (image, None) => (4, image.into_rgba8().into_raw(), 128),
         (image, Some(range)) => {
-            let eight_bits = image.as_bytes().len() == width_px * height_px * usize::from(image.color().channel_count());
+            let eight_bits =
+                image.as_bytes().len() == width_px * height_px * usize::from(image.color().channel_count());
             (4, stretched(image, range, if eight_bits { 257.0 } else { 1.0 }), 128)
         }
     };

@@ -32,7 +32,7 @@ pub(super) fn world_placement(path: &Path) -> Result<Option<Affine>, RasterError
         return Err(RasterError::bad_georeference(&beside, reason));
     };
     // A world file gives the centre of the first pixel.
-    Ok(Some(Affine { origin: [x, y], column: [column_x, column_y], row: [row_x, row_y] }.from_centre_based()))
+    Ok(Some(Affine { origin: [x, y], column: [column_x, column_y], row: [row_x, row_y] }.corner_based()))
 }
 
 /// The CRS of the `.prj` beside an image, where there is one.
@@ -54,7 +54,10 @@ fn read_text(path: &Path) -> Result<String, RasterError> {
     let io = |e| RasterError::io(path, e);
     let size = std::fs::metadata(path).map_err(io)?.len();
     if size > MAX_TEXT_BYTES {
-        return Err(RasterError::bad_georeference(path, format!("it is {size} bytes long, a file of its kind a few hundred")));
+        return Err(RasterError::bad_georeference(
+            path,
+            format!("it is {size} bytes long, a file of its kind a few hundred"),
+        ));
     }
     let bytes = std::fs::read(path).map_err(io)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())

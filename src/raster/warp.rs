@@ -48,13 +48,15 @@ impl Warp<'_> {
     /// The tile's pixels; `None` where none is valid.
     pub fn tile(&self, tile: TileId) -> Result<Option<MaskedColour>, RasterError> {
         let edge = TILE_SIZE_PX as usize;
-        let (x, y) = (i64::from(tile.column()) * i64::from(TILE_SIZE_PX), i64::from(tile.row()) * i64::from(TILE_SIZE_PX));
+        let (x, y) =
+            (i64::from(tile.column()) * i64::from(TILE_SIZE_PX), i64::from(tile.row()) * i64::from(TILE_SIZE_PX));
         let zoom = tile.zoom();
         if !self.may_touch(zoom, x, y, i64::from(TILE_SIZE_PX)) {
             return Ok(None);
         }
         let blank = MaskedColour { colour: Colour::black(edge, edge), mask: Mask::filled(edge, edge, false) };
-        let mut canvas = Canvas { x, y, zoom, tile: blank, any_valid: false, window: Window::default(), sums: Vec::new() };
+        let mut canvas =
+            Canvas { x, y, zoom, tile: blank, any_valid: false, window: Window::default(), sums: Vec::new() };
         for cell_y in (y..y + edge as i64).step_by(CELL_PX as usize) {
             for cell_x in (x..x + edge as i64).step_by(CELL_PX as usize) {
                 self.fill(&mut canvas, cell_x, cell_y, CELL_PX)?;
@@ -68,7 +70,9 @@ impl Warp<'_> {
         let world_px = f64::from(TILE_SIZE_PX) * (1u64 << zoom) as f64;
         let [west, north, east, south] = self.georeference.world.map(|v| v * world_px);
         let (x0, y0, x1, y1) = (x as f64, y as f64, (x + size) as f64, (y + size) as f64);
-        y0 < south && north < y1 && [-1.0, 0.0, 1.0].into_iter().any(|k| x0 + k * world_px < east && west < x1 + k * world_px)
+        y0 < south
+            && north < y1
+            && [-1.0, 0.0, 1.0].into_iter().any(|k| x0 + k * world_px < east && west < x1 + k * world_px)
     }
 
     fn fill(&self, canvas: &mut Canvas, x: i64, y: i64, size: i64) -> Result<(), RasterError> {
@@ -125,7 +129,8 @@ impl Warp<'_> {
         if across <= INTERPOLATED_UP_TO && down <= INTERPOLATED_UP_TO {
             canvas.interpolate(cell);
         } else {
-            let samples = |shrink: f64| if shrink <= INTERPOLATED_UP_TO { 1 } else { shrink.ceil().min(MAX_SAMPLES) as usize };
+            let samples =
+                |shrink: f64| if shrink <= INTERPOLATED_UP_TO { 1 } else { shrink.ceil().min(MAX_SAMPLES) as usize };
             canvas.average(cell, samples(across), samples(down));
         }
         Ok(())

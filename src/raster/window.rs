@@ -123,12 +123,7 @@ fn copy<const N: usize>(target: &mut [Sample], source: &[u8], rgbv: impl Fn([u8;
 /// R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE ASSP 29 (1981), equation 15.
 fn keys(f: f32) -> [f32; 4] {
     let (f2, f3) = (f * f, f * f * f);
-    [
-        0.5 * (-f3 + 2.0 * f2 - f),
-        0.5 * (3.0 * f3 - 5.0 * f2 + 2.0),
-        0.5 * (-3.0 * f3 + 4.0 * f2 + f),
-        0.5 * (f3 - f2),
-    ]
+    [0.5 * (-f3 + 2.0 * f2 - f), 0.5 * (3.0 * f3 - 5.0 * f2 + 2.0), 0.5 * (-3.0 * f3 + 4.0 * f2 + f), 0.5 * (f3 - f2)]
 }
 
 #[cfg(test)]

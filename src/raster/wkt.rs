@@ -38,7 +38,9 @@ fn code_of_name(name: &str, text: &str) -> Option<u32> {
     let name = name.replace(' ', "_").replace("_/_", "_");
     match (text.split('[').next()?, name.as_str()) {
         ("GEOGCS" | "GEOGCRS", "GCS_WGS_1984" | "WGS_84") => return Some(4326),
-        ("PROJCS" | "PROJCRS", "WGS_1984_Web_Mercator_Auxiliary_Sphere" | "WGS_84_Pseudo-Mercator") => return Some(3857),
+        ("PROJCS" | "PROJCRS", "WGS_1984_Web_Mercator_Auxiliary_Sphere" | "WGS_84_Pseudo-Mercator") => {
+            return Some(3857);
+        }
         _ => {}
     }
     for (start, north, south) in [

@@ -80,8 +80,9 @@ impl DatumShift {
             Self::Null { error_m } | Self::Helmert { error_m, .. } => Ok(*error_m),
             Self::Unknown => Err(CrsError::Refused {
                 name: name.into(),
-                reason: "the shift of its datum to WGS 84 is not known; reproject the file with gdalwarp -t_srs EPSG:4326"
-                    .into(),
+                reason:
+                    "the shift of its datum to WGS 84 is not known; reproject the file with gdalwarp -t_srs EPSG:4326"
+                        .into(),
             }),
         }
     }

@@ -139,7 +139,7 @@ impl Definition {
             ("false easting", self.false_easting, 1e9),
             ("false northing", self.false_northing, 1e9),
         ] {
-            if !(value.abs() <= limit) {
+            if value.is_nan() || value.abs() > limit {
                 return complain(format!("its {what} is {value}, not a number within {limit} of zero"));
             }
         }
@@ -151,7 +151,9 @@ impl Definition {
         }
         let Ellipsoid { semi_major_m, inverse_flattening } = self.ellipsoid;
         if !((6.3e6..=6.4e6).contains(&semi_major_m) && (200.0..=400.0).contains(&inverse_flattening)) {
-            return complain(format!("its ellipsoid (a = {semi_major_m} m, 1/f = {inverse_flattening}) is not the earth's"));
+            return complain(format!(
+                "its ellipsoid (a = {semi_major_m} m, 1/f = {inverse_flattening}) is not the earth's"
+            ));
         }
         match self.method {
             Method::LambertConformal1 { .. } if self.origin_latitude_deg.abs() < 0.01 => {

@@ -2,7 +2,8 @@
 
 use super::CrsError;
 use super::datum::{
-    DatumShift, Ellipsoid,    OTHER_MODERN_ERROR_M, OTHER_SEVEN_PARAMETER_ERROR_M, OTHER_THREE_PARAMETER_ERROR_M, error_of_datum,
+    DatumShift, Ellipsoid, OTHER_MODERN_ERROR_M, OTHER_SEVEN_PARAMETER_ERROR_M, OTHER_THREE_PARAMETER_ERROR_M,
+    error_of_datum,
 };
 
 /// What needs no projection library.
@@ -45,10 +46,13 @@ pub(super) fn look_up(code: u32) -> Result<Entry, CrsError> {
         return Ok(Entry { name, proj_string, error_m: 0.0, plain: Some(Plain::WebMercator) });
     }
     if !(found.wkt.starts_with("PROJCS[") || found.wkt.starts_with("GEOGCS[")) {
-        return Err(refuse("only projected and geographic systems place an image; pass the horizontal part with --crs EPSG".into()));
+        return Err(refuse(
+            "only projected and geographic systems place an image; pass the horizontal part with --crs EPSG".into(),
+        ));
     }
     let parameters = Parameters(found.proj4);
-    let method = parameters.get("proj").ok_or_else(|| refuse(format!("its projection has no equations here; {REPROJECT}")))?;
+    let method =
+        parameters.get("proj").ok_or_else(|| refuse(format!("its projection has no equations here; {REPROJECT}")))?;
     if !METHODS.contains(&method) {
         return Err(refuse(format!("the projection '{method}' is not one that overfly can do exactly; {REPROJECT}")));
     }
@@ -58,11 +62,14 @@ pub(super) fn look_up(code: u32) -> Result<Entry, CrsError> {
         }
     }
     if parameters.get("datum") == Some("NAD27") {
-        return Err(refuse(format!("NAD27 needs the NADCON or NTv2 grids (without them it is up to 100 m off); {REPROJECT}")));
+        return Err(refuse(format!(
+            "NAD27 needs the NADCON or NTv2 grids (without them it is up to 100 m off); {REPROJECT}"
+        )));
     }
     let error_m = shift_error_m(&parameters, found.wkt)
         .ok_or_else(|| refuse(format!("the shift of its datum to WGS 84 is not known; {REPROJECT}")))?;
-    let plain = (method == "longlat" && parameters.is_null_shift() && parameters.get("pm").is_none()).then_some(Plain::Degrees);
+    let plain =
+        (method == "longlat" && parameters.is_null_shift() && parameters.get("pm").is_none()).then_some(Plain::Degrees);
     Ok(Entry { name, proj_string: found.proj4.to_string(), error_m, plain })
 }
 
@@ -72,13 +79,15 @@ pub(super) fn look_up(code: u32) -> Result<Entry, CrsError> {
 /// As [`look_up`].
 pub(super) fn datum_of(code: u32) -> Result<(Ellipsoid, DatumShift), CrsError> {
     let entry = look_up(code)?;
-    let refuse = |reason: &str| CrsError::Refused { name: format!("EPSG:{code} ({})", entry.name), reason: reason.into() };
+    let refuse =
+        |reason: &str| CrsError::Refused { name: format!("EPSG:{code} ({})", entry.name), reason: reason.into() };
     let found = u16::try_from(code).ok().and_then(crs_definitions::from_code).ok_or_else(|| refuse("unknown"))?;
     let numbers = |key: &str, from: usize| -> Option<Vec<f64>> {
         let inside = found.wkt.split_once(key)?.1.split_once(']')?.0;
         Some(inside.split(',').skip(from).map_while(|v| v.parse().ok()).collect())
     };
-    let Some([semi_major_m, inverse_flattening]) = numbers("SPHEROID[", 1).and_then(|v| v.first_chunk::<2>().copied()) else {
+    let Some([semi_major_m, inverse_flattening]) = numbers("SPHEROID[", 1).and_then(|v| v.first_chunk::<2>().copied())
+    else {
         return Err(refuse("its ellipsoid is not stated"));
     };
     let ellipsoid = Ellipsoid { semi_major_m, inverse_flattening };
@@ -156,7 +165,9 @@ fn datum_code(wkt: &str) -> Option<u32> {
 /// What well-known codes outside the table are.
 fn hint_for(code: u32) -> &'static str {
     match code {
-        5701..=5799 | 5600..=5622 | 3855 | 8357 | 8228 => " (it is a vertical system); pass the horizontal one with --crs EPSG",
+        5701..=5799 | 5600..=5622 | 3855 | 8357 | 8228 => {
+            " (it is a vertical system); pass the horizontal one with --crs EPSG"
+        }
         0 | 32767 => " (it means 'user-defined'); pass the right code with --crs EPSG",
         _ => "; pass a known one with --crs EPSG, or reproject the file with gdalwarp -t_srs EPSG:4326",
     }
@@ -187,7 +198,9 @@ mod tests {
 
     #[test]
     fn states_what_a_missing_grid_costs() {
-        for (code, error_m) in [(4326, 0.0), (32614, 0.0), (3857, 0.0), (26914, 1.0), (27700, 2.0), (31467, 3.0), (2056, 1.0)] {
+        for (code, error_m) in
+            [(4326, 0.0), (32614, 0.0), (3857, 0.0), (26914, 1.0), (27700, 2.0), (31467, 3.0), (2056, 1.0)]
+        {
             assert_eq!(look_up(code).unwrap().error_m, error_m, "EPSG:{code}");
         }
     }

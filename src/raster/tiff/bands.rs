@@ -80,7 +80,9 @@ impl Bands {
             (2, 32) => Kind::I32,
             (3, 32) => Kind::F32,
             (3, 64) => Kind::F64,
-            (format, bits) => return Err(unsupported(format!("its {bits}-bit samples (format {format}) are not read"))),
+            (format, bits) => {
+                return Err(unsupported(format!("its {bits}-bit samples (format {format}) are not read")));
+            }
         };
         let stretch = match (options.stretch, kind, &shown) {
             (_, _, Shown::Palette(_)) => (0.0, 255.0),

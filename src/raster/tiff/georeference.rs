@@ -23,7 +23,7 @@ pub(in super::super) fn placement(
 ) -> Result<(Option<Affine>, Option<Crs>), RasterError> {
     let keys = Keys::of(image);
     let affine = affine_of(path, image)?;
-    let affine = affine.map(|a| if keys.is_pixel_point() { a.from_centre_based() } else { a });
+    let affine = affine.map(|a| if keys.is_pixel_point() { a.corner_based() } else { a });
     let crs = if crs_is_given { None } else { crs_of(path, &keys)? };
     Ok((affine, crs))
 }

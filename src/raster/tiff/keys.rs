@@ -96,7 +96,10 @@ impl Keys {
 pub(super) fn crs_of(path: &Path, keys: &Keys) -> Result<Option<Crs>, RasterError> {
     let refuse = |source: CrsError| RasterError::crs(path, source);
     match keys.short(MODEL_TYPE) {
-        Some(3) => Err(refuse(refusal("the file's CRS", "it is geocentric; only projected and geographic systems place an image"))),
+        Some(3) => Err(refuse(refusal(
+            "the file's CRS",
+            "it is geocentric; only projected and geographic systems place an image",
+        ))),
         Some(2) => geographic(keys).map_err(refuse),
         Some(1) => projected(keys).map_err(refuse),
         _ if keys.short(PROJECTED_CRS).is_some() => projected(keys).map_err(refuse),
@@ -106,13 +109,22 @@ pub(super) fn crs_of(path: &Path, keys: &Keys) -> Result<Option<Crs>, RasterErro
 }
 
 fn refusal(name: &str, reason: impl Into<String>) -> CrsError {
-    CrsError::Refused { name: name.into(), reason: format!("{}; pass the right one with --crs EPSG, or reproject the file with gdalwarp -t_srs EPSG:4326", reason.into()) }
+    CrsError::Refused {
+        name: name.into(),
+        reason: format!(
+            "{}; pass the right one with --crs EPSG, or reproject the file with gdalwarp -t_srs EPSG:4326",
+            reason.into()
+        ),
+    }
 }
 
 fn geographic(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     let name = "the file's geographic CRS";
     if angular_unit_deg(keys) != Some(1.0) {
-        return Err(refusal(name, format!("its unit is not the degree (code {})", keys.short(ANGULAR_UNIT).unwrap_or(0))));
+        return Err(refusal(
+            name,
+            format!("its unit is not the degree (code {})", keys.short(ANGULAR_UNIT).unwrap_or(0)),
+        ));
     }
     if let Some(code) = keys.code(GEODETIC_CRS) {
         return Crs::from_epsg(code.into()).map(Some);
@@ -142,7 +154,9 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
         return Ok(Some(crs));
     }
     let Some((ellipsoid, datum)) = datum_of(keys)? else { return Ok(None) };
-    let name = keys.citation().map_or("the file's user-defined CRS".to_string(), |c| format!("the file's CRS ({})", c.trim_matches('|')));
+    let name = keys
+        .citation()
+        .map_or("the file's user-defined CRS".to_string(), |c| format!("the file's CRS ({})", c.trim_matches('|')));
     let degree = angular_unit_deg(keys).ok_or_else(|| refusal(&name, "its angular unit is unknown"))?;
     let unit_m = match (keys.short(LINEAR_UNIT), linear_unit_m(keys)) {
         (_, Some(unit)) => unit,
@@ -154,19 +168,29 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     }
     let scale = keys.first_of(&SCALES).unwrap_or(1.0);
     let parallels = || {
-        let parallel_1_deg = keys.double(PARALLEL_1).ok_or_else(|| refusal(&name, "its first standard parallel is missing"))? * degree;
-        let parallel_2_deg = keys.double(PARALLEL_2).ok_or_else(|| refusal(&name, "its second standard parallel is missing"))? * degree;
+        let parallel_1_deg =
+            keys.double(PARALLEL_1).ok_or_else(|| refusal(&name, "its first standard parallel is missing"))? * degree;
+        let parallel_2_deg =
+            keys.double(PARALLEL_2).ok_or_else(|| refusal(&name, "its second standard parallel is missing"))? * degree;
         Ok((parallel_1_deg, parallel_2_deg))
     };
     let method = match keys.short(METHOD) {
         Some(1) => Method::TransverseMercator { scale },
         Some(7) => Method::Mercator { scale },
-        Some(8) => parallels().map(|(parallel_1_deg, parallel_2_deg)| Method::LambertConformal2 { parallel_1_deg, parallel_2_deg })?,
+        Some(8) => parallels()
+            .map(|(parallel_1_deg, parallel_2_deg)| Method::LambertConformal2 { parallel_1_deg, parallel_2_deg })?,
         Some(9) => Method::LambertConformal1 { scale },
         Some(10) => Method::LambertAzimuthalEqualArea,
-        Some(11) => parallels().map(|(parallel_1_deg, parallel_2_deg)| Method::Albers { parallel_1_deg, parallel_2_deg })?,
+        Some(11) => {
+            parallels().map(|(parallel_1_deg, parallel_2_deg)| Method::Albers { parallel_1_deg, parallel_2_deg })?
+        }
         Some(15) => Method::PolarStereographic { scale },
-        Some(other) => return Err(refusal(&name, format!("its projection (GeoTIFF method {other}) is not one that overfly can do exactly"))),
+        Some(other) => {
+            return Err(refusal(
+                &name,
+                format!("its projection (GeoTIFF method {other}) is not one that overfly can do exactly"),
+            ));
+        }
         None => return Ok(None),
     };
     let missing = |what: &str| refusal(&name, format!("its {what} is missing"));
@@ -232,7 +256,9 @@ fn datum_of(keys: &Keys) -> Result<Option<(Ellipsoid, DatumShift)>, CrsError> {
         (None, None) => return Ok(None),
     };
     let shift = match keys.doubles(TO_WGS84) {
-        Some(p) if p.len() == 3 || p.len() == 7 => DatumShift::stated(std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0))),
+        Some(p) if p.len() == 3 || p.len() == 7 => {
+            DatumShift::stated(std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)))
+        }
         _ => DatumShift::of_ellipsoid(ellipsoid),
     };
     Ok(Some((ellipsoid, shift)))

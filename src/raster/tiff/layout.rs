@@ -48,10 +48,8 @@ pub(super) fn file_directories(path: &Path, file: &TiffFile) -> Result<(Vec<Dire
     let mask_of = |image: &Ifd| {
         masks.iter().find(|m| (m.width(), m.height()) == (image.width(), image.height())).map(|m| (*m).clone())
     };
-    let mut directories: Vec<Directory> = std::iter::once(base)
-        .chain(overviews)
-        .map(|image| Directory { mask: mask_of(&image), image })
-        .collect();
+    let mut directories: Vec<Directory> =
+        std::iter::once(base).chain(overviews).map(|image| Directory { mask: mask_of(&image), image }).collect();
     // A mask that is not there at full resolution is not there; an overview without its mask is not used.
     if directories[0].mask.is_some() {
         directories.retain(|d| d.mask.is_some());
@@ -67,7 +65,8 @@ pub(super) fn file_directories(path: &Path, file: &TiffFile) -> Result<(Vec<Dire
     let mask_file = super::open_file(&beside)?;
     let image = &directories[0].image;
     let found = mask_file.ifds().iter().find(|m| (m.width(), m.height()) == (image.width(), image.height()));
-    let mask = found.cloned().ok_or_else(|| RasterError::damaged(&beside, "it is a mask of another size than its image"))?;
+    let mask =
+        found.cloned().ok_or_else(|| RasterError::damaged(&beside, "it is a mask of another size than its image"))?;
     super::checked_mask(&beside, &mask_file, &mask)?;
     directories.truncate(1);
     directories[0].mask = Some(mask);

@@ -68,7 +68,9 @@ impl TiffSource {
         if layout::is_sparse(image, x, y, width as u64, height as u64) {
             return Ok(Block::missing(width, height));
         }
-        let damaged = |e: tiff_reader::TiffError| RasterError::damaged(&self.path, format!("block {column}, {row} of level {level}: {e}"));
+        let damaged = |e: tiff_reader::TiffError| {
+            RasterError::damaged(&self.path, format!("block {column}, {row} of level {level}: {e}"))
+        };
         let (x, y) = (x as usize, y as usize);
         let samples = if self.bands.decoded {
             self.file.read_decoded_window_bytes_from_ifd(image, y, x, height, width)
@@ -83,9 +85,12 @@ impl TiffSource {
             }
             None => None,
         };
-        self.bands
-            .block(samples, mask.as_deref(), width, height)
-            .ok_or_else(|| RasterError::damaged(&self.path, format!("block {column}, {row} of level {level} has another size than stated")))
+        self.bands.block(samples, mask.as_deref(), width, height).ok_or_else(|| {
+            RasterError::damaged(
+                &self.path,
+                format!("block {column}, {row} of level {level} has another size than stated"),
+            )
+        })
     }
 }
 
@@ -132,7 +137,12 @@ fn level_of(image: &Ifd) -> Level {
             (width_px, strip_rows * (STRIP_BLOCK_BYTES / (row_bytes * strip_rows).max(1)).max(1))
         }
     };
-    Level { width_px, height_px, block_width_px: block_width_px.min(width_px), block_height_px: block_height_px.min(height_px) }
+    Level {
+        width_px,
+        height_px,
+        block_width_px: block_width_px.min(width_px),
+        block_height_px: block_height_px.min(height_px),
+    }
 }
 
 /// Checks a directory as [`check_layout`] does; for side files.
