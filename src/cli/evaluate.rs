@@ -1,17 +1,208 @@
-//! (skeleton)
+//! `overfly evaluate`: registration scored against truth.
 
-use super::{Exit, Failure, Output};
+use super::number::positive;
+use super::{Exit, Failure, Output, default_threads};
+use overfly::locate::Answer;
+use overfly::locate::candidates::default_layer;
+use overfly::store::{Layer, Reader};
+use overfly::trial::{
+    FixOutcome, FixScore, FixTrial, Flight, MotionScore, Pairs, Spread, run_motions, write_fixes, write_motions,
+};
+use serde::Serialize;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 /// What to score.
 #[derive(clap::Subcommand)]
 pub enum Evaluate {
-    /// Absolute registration, frame by frame.
-    Fixes,
-    /// Relative registration, pair by pair.
-    Motions,
+    /// Absolute registration: every frame of a flight on its own, from a displaced prior.
+    Fixes(Box<Fixes>),
+    /// Relative registration on pairs of known motion.
+    Motions(Motions),
+}
+
+/// Arguments of `evaluate fixes`.
+#[derive(clap::Args)]
+pub struct Fixes {
+    /// The store.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// The flight: a folder with flight.csv, camera.toml and images.
+    #[arg(long, value_name = "DIR")]
+    flight: PathBuf,
+    /// Which layer [default: the only one, or ortho].
+    #[arg(long)]
+    layer: Option<String>,
+    /// The prior is displaced by a uniform error of up to this per axis.
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    prior_error_m: f64,
+    /// Of the displacements.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// What counts as right [default: 3 ground pixels of the coarsest source].
+    #[arg(long, value_name = "M", value_parser = positive)]
+    right_m: Option<f64>,
+    /// One standard deviation stated for the heading.
+    #[arg(long, value_parser = positive, default_value_t = 3.0)]
+    heading_sigma_deg: f64,
+    /// One standard deviation stated for the height.
+    #[arg(long, value_parser = positive, default_value_t = 0.03)]
+    height_sigma_ratio: f64,
+    /// State no heading.
+    #[arg(long)]
+    unknown_heading: bool,
+    /// State no position: search the whole layer.
+    #[arg(long)]
+    unknown_position: bool,
+    /// Threads of each search.
+    #[arg(long, value_name = "N", default_value_t = default_threads())]
+    threads: NonZeroUsize,
+    /// Write fixes.csv here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Arguments of `evaluate motions`.
+#[derive(clap::Args)]
+pub struct Motions {
+    /// The pairs file.
+    #[arg(long, value_name = "FILE")]
+    pairs: PathBuf,
+    /// Pairs registered at a time; more than one disturbs the times.
+    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::MIN)]
+    threads: NonZeroUsize,
+    /// Write motions.csv here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 /// Runs the command.
-pub fn run(_args: &Evaluate, _output: &Output) -> Result<Exit, Failure> {
-    Err(Failure::failed("not_built", anyhow::anyhow!("not built yet")))
+pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
+    match args {
+        Evaluate::Fixes(args) => fixes(args, output),
+        Evaluate::Motions(args) => motions(args, output),
+    }
+}
+
+/// One frame as a JSON line.
+#[derive(Serialize)]
+struct FrameLine<'a> {
+    image: &'a str,
+    #[serde(flatten)]
+    answer: &'a Answer,
+    error_m: Option<f64>,
+    in_ellipse95: Option<bool>,
+    decode_ms: f64,
+}
+
+fn fixes(args: &Fixes, output: &Output) -> Result<Exit, Failure> {
+    let flight = Flight::read(&args.flight)?;
+    let store = Reader::open(&args.db)?;
+    let layer = match &args.layer {
+        Some(name) => store.layer(name)?,
+        None => default_layer(&store)?,
+    };
+    let right_m = match args.right_m {
+        Some(right_m) => right_m,
+        None => default_right_m(&store, layer)?,
+    };
+    let trial = FixTrial {
+        layer: layer.name.clone(),
+        prior_error_m: args.prior_error_m,
+        seed: args.seed,
+        heading_sigma_deg: (!args.unknown_heading).then_some(args.heading_sigma_deg),
+        height_sigma_ratio: args.height_sigma_ratio,
+        unknown_position: args.unknown_position,
+        threads: args.threads.get(),
+    };
+    let bar = output.progress(flight.frames.len() as u64, "frames");
+    let outcomes = trial.run(&store, &flight, |outcome| {
+        bar.inc(1);
+        if output.is_json() {
+            output.say(&frame_line(outcome), String::new);
+        }
+    })?;
+    bar.finish_and_clear();
+    if let Some(folder) = &args.out {
+        output.note(&format!("wrote {}", write_fixes(folder, &outcomes)?.display()));
+    }
+    let score = FixScore::of(&outcomes, right_m, args.threads.get());
+    output.say(&score, || fix_text(&score));
+    Ok(Exit::Done)
+}
+
+fn frame_line(outcome: &FixOutcome) -> FrameLine<'_> {
+    FrameLine {
+        image: &outcome.image,
+        answer: &outcome.answer,
+        error_m: outcome.error.map(overfly::geodesy::Enu::length_m),
+        in_ellipse95: outcome.is_in_ellipse95(),
+        decode_ms: outcome.decode_ms,
+    }
+}
+
+/// Three ground pixels of the layer's coarsest source.
+pub fn default_right_m(store: &Reader, layer: &Layer) -> Result<f64, Failure> {
+    let coarsest = store.sources(layer)?.iter().map(|s| s.gsd_m_per_px).fold(0.0, f64::max);
+    Ok(3.0 * coarsest)
+}
+
+/// The score for people.
+pub fn fix_text(score: &FixScore) -> String {
+    let spread = |s: &Option<Spread>, digits: usize| {
+        s.map_or("none".into(), |s| {
+            format!("median {:.digits$}, 95 % {:.digits$}, max {:.digits$}", s.median, s.p95, s.max)
+        })
+    };
+    format!(
+        "frames     {} ({} fixes, {} no fix)\nright      {} (within {:.2} m)\nfalse      {}\nerror      {} m\n\
+         ellipse    {} of the fixes have the truth in their own 95 % ellipse\n\
+         elapsed    {} ms per frame on {} threads (decoding {})\ntiles      {} searched",
+        score.frames,
+        score.fixes,
+        score.no_fix,
+        score.right,
+        score.right_m,
+        score.wrong,
+        spread(&score.error_m, 2),
+        score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.0} %", 100.0 * c)),
+        spread(&score.elapsed_ms, 0),
+        score.threads,
+        spread(&score.decode_ms, 1),
+        spread(&score.tiles_searched, 0),
+    )
+}
+
+fn motions(args: &Motions, output: &Output) -> Result<Exit, Failure> {
+    let pairs = Pairs::read(&args.pairs)?;
+    let bar = output.progress(pairs.pairs.len() as u64, "pairs");
+    let outcomes = run_motions(&pairs, args.threads.get(), || bar.inc(1))?;
+    bar.finish_and_clear();
+    if let Some(folder) = &args.out {
+        output.note(&format!("wrote {}", write_motions(folder, &outcomes)?.display()));
+    }
+    let score = MotionScore::of(&outcomes, args.threads.get());
+    output.say(&score, || motion_text(&score));
+    Ok(Exit::Done)
+}
+
+fn motion_text(score: &MotionScore) -> String {
+    let mut text = format!(
+        "pairs      {} ({} right, {} false, {} without a motion)\n  overlap  right       drift px           elapsed ms\n",
+        score.pairs, score.right, score.wrong, score.no_motion
+    );
+    for o in &score.by_overlap {
+        let spread = |s: &Option<Spread>, digits: usize| {
+            s.map_or("-".into(), |s| format!("{:.digits$} (95 % {:.digits$})", s.median, s.p95))
+        };
+        text.push_str(&format!(
+            "  {:>5} %  {:>3} of {:<3}  {:<18} {}\n",
+            o.overlap_percent,
+            o.right,
+            o.pairs,
+            spread(&o.drift_px, 3),
+            spread(&o.elapsed_ms, 0)
+        ));
+    }
+    text.trim_end().to_owned()
 }

@@ -1,5 +1,10 @@
 //! Exit codes and failures with their stable code words.
 
+use overfly::locate::LocateError;
+use overfly::locate::candidates::CandidatesError;
+use overfly::raster::FrameError;
+use overfly::store::StoreError;
+use overfly::trial::TrialError;
 use std::process::ExitCode;
 
 /// How a command ended. Exit code 2 is also what clap uses for bad usage.
@@ -46,5 +51,36 @@ impl Failure {
     /// A failure of the work: exit code 1.
     pub fn failed(code: &'static str, error: impl Into<anyhow::Error>) -> Self {
         Self { exit: Exit::Failed, code, error: error.into() }
+    }
+}
+
+impl From<StoreError> for Failure {
+    fn from(error: StoreError) -> Self {
+        Self::unusable(error.code(), error)
+    }
+}
+
+impl From<CandidatesError> for Failure {
+    fn from(error: CandidatesError) -> Self {
+        Self::unusable(error.code(), error)
+    }
+}
+
+impl From<FrameError> for Failure {
+    fn from(error: FrameError) -> Self {
+        Self::unusable(error.code(), error)
+    }
+}
+
+impl From<LocateError> for Failure {
+    fn from(error: LocateError) -> Self {
+        Self::unusable(error.code(), error)
+    }
+}
+
+impl From<TrialError> for Failure {
+    fn from(error: TrialError) -> Self {
+        let code = error.code();
+        if error.is_input() { Self::unusable(code, error) } else { Self::failed(code, error) }
     }
 }

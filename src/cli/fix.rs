@@ -1,12 +1,132 @@
-//! (skeleton)
+//! `overfly fix`: one absolute registration.
 
-use super::{Exit, Failure, Output};
+use super::number::{any, latitude_deg, positive, turn_deg};
+use super::viewpoint::Viewpoint;
+use super::{Exit, Failure, Output, default_threads};
+use overfly::geodesy::Geodetic;
+use overfly::locate::candidates::default_layer;
+use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly::raster::read_frame;
+use overfly::store::Reader;
+use std::path::PathBuf;
 
 /// Arguments.
 #[derive(clap::Args)]
-pub struct Args {}
+#[command(allow_negative_numbers = true)]
+pub struct Args {
+    /// The store.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// The frame: PNG, JPEG or WebP.
+    #[arg(long, value_name = "FILE")]
+    image: PathBuf,
+    /// Which layer [default: the only one, or ortho].
+    #[arg(long)]
+    layer: Option<String>,
+    /// Most likely latitude of the camera's nadir; without a position the whole layer is searched.
+    #[arg(long, value_parser = latitude_deg, requires_all = ["longitude_deg", "sigma_m"])]
+    latitude_deg: Option<f64>,
+    /// Most likely longitude of the camera's nadir.
+    #[arg(long, value_parser = turn_deg, requires_all = ["latitude_deg", "sigma_m"])]
+    longitude_deg: Option<f64>,
+    /// One standard deviation of that position per axis.
+    #[arg(long, value_parser = positive, requires = "latitude_deg")]
+    sigma_m: Option<f64>,
+    /// Direction of the image's upper edge, clockwise from true north; without it a full turn is searched.
+    #[arg(long, value_parser = turn_deg)]
+    heading_deg: Option<f64>,
+    /// One standard deviation of the heading.
+    #[arg(long, value_parser = positive, default_value_t = 3.0, requires = "heading_deg")]
+    heading_sigma_deg: f64,
+    #[command(flatten)]
+    viewpoint: Viewpoint,
+    /// One standard deviation of the height (or ground sample distance), as a ratio.
+    #[arg(long, value_parser = positive, default_value_t = 0.03)]
+    height_sigma_ratio: f64,
+    /// When the image was taken; echoed.
+    #[arg(long, value_parser = any)]
+    time_s: Option<f64>,
+    /// Threads to search with.
+    #[arg(long, default_value_t = default_threads())]
+    threads: std::num::NonZeroUsize,
+}
 
-/// Runs the command.
-pub fn run(_args: &Args, _output: &Output) -> Result<Exit, Failure> {
-    Err(Failure::failed("not_built", anyhow::anyhow!("not built yet")))
+/// Runs the command; exit code 3 where there is no fix.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let view = args.viewpoint.view()?.ok_or_else(|| {
+        let remedy = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera";
+        Failure::unusable("no_scale", anyhow::anyhow!(remedy))
+    })?;
+    let frame = read_frame(&args.image)?;
+    let store = Reader::open(&args.db)?;
+    let layer = match &args.layer {
+        Some(name) => name.clone(),
+        None => default_layer(&store)?.name.clone(),
+    };
+    let request = FixRequest {
+        layer,
+        position: args.position()?,
+        heading: args.heading_deg.map(|heading_deg| HeadingPrior {
+            heading_rad: heading_deg.to_radians(),
+            sigma_rad: args.heading_sigma_deg.to_radians(),
+        }),
+        view,
+        scale_sigma_ratio: args.height_sigma_ratio,
+        time_s: args.time_s,
+    };
+    let answer = locate(&store, &frame, &request, args.threads.get())?;
+    output.say(&answer, || text(&answer));
+    Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
+}
+
+impl Args {
+    fn position(&self) -> Result<PositionPrior, Failure> {
+        let (Some(latitude_deg), Some(longitude_deg), Some(sigma_m)) =
+            (self.latitude_deg, self.longitude_deg, self.sigma_m)
+        else {
+            return Ok(PositionPrior::WholeLayer);
+        };
+        let centre =
+            Geodetic::from_degrees(latitude_deg, longitude_deg).map_err(|e| Failure::unusable("bad_position", e))?;
+        Ok(PositionPrior::Gaussian { centre, sigma_east_m: sigma_m, sigma_north_m: sigma_m, correlation: 0.0 })
+    }
+}
+
+fn text(answer: &Answer) -> String {
+    match answer {
+        Answer::Fix(f) => {
+            let [[ee, en], [_, nn]] = f.covariance_m2;
+            let (middle, spread) = ((ee + nn) / 2.0, ((ee - nn) / 2.0).hypot(en));
+            format!(
+                "fix        {:.7} {:.7} (nadir, degrees)\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
+                 heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
+                 false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
+                f.latitude_deg,
+                f.longitude_deg,
+                (middle + spread).max(0.0).sqrt(),
+                (middle - spread).max(0.0).sqrt(),
+                f.heading_deg,
+                f.heading_sigma_deg,
+                f.gsd_m_per_px,
+                100.0 * f.scale_sigma_ratio,
+                f.score,
+                f.inliers,
+                f.false_fix_probability,
+                f.tiles_searched,
+                f.nominal_count,
+                f.elapsed_ms,
+            )
+        }
+        Answer::NoFix(n) => {
+            let reason = serde_json::to_value(n.reason).expect("a word");
+            format!(
+                "no fix     {}: {}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
+                reason.as_str().expect("a word"),
+                n.detail,
+                n.tiles_searched,
+                n.nominal_count,
+                n.elapsed_ms
+            )
+        }
+    }
 }

@@ -11,8 +11,10 @@ mod evaluate;
 mod fix;
 mod info;
 mod motion;
+mod number;
 mod serve;
 mod verify;
+mod viewpoint;
 
 use clap::{Parser, Subcommand};
 pub use exit::{Exit, Failure};
@@ -56,6 +58,11 @@ enum Command {
     Serve(serve::Args),
     /// Print a shell completion script.
     Completions(completions::Args),
+}
+
+/// As many threads as the machine runs at once.
+fn default_threads() -> std::num::NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN)
 }
 
 /// Runs the program and says how it ended.

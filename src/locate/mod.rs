@@ -28,6 +28,16 @@ pub enum LocateError {
     },
 }
 
+impl LocateError {
+    /// A stable word for scripts and HTTP.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Store(e) => e.code(),
+            Self::Parameter { .. } => "bad_parameter",
+        }
+    }
+}
+
 /// Where the aircraft is thought to be. The camera's nadir lies inside with the stated certainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PositionPrior {

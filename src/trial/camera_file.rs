@@ -13,10 +13,6 @@ pub fn read_camera(path: &Path) -> Result<Intrinsics, TrialError> {
     let text = std::fs::read_to_string(path).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;
     let camera: Intrinsics =
         toml::from_str(&text).map_err(|e| not_a_camera(e.to_string().trim().replace('\n', " ")))?;
-    let positive = |v: f64| v.is_finite() && v > 0.0;
-    let finite = camera.principal_point_px.iter().chain(&camera.distortion).all(|v| v.is_finite());
-    if camera.width_px == 0 || camera.height_px == 0 || !positive(camera.focal_length_px) || !finite {
-        return Err(not_a_camera("sizes and focal length must be positive, all numbers finite".into()));
-    }
+    camera.check().map_err(|e| not_a_camera(e.to_string()))?;
     Ok(camera)
 }

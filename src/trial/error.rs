@@ -128,7 +128,7 @@ impl TrialError {
             Self::NoTruth { .. } => "no_truth",
             Self::NotACamera { .. } => "not_a_camera",
             Self::Frame(e) => e.code(),
-            Self::Locate { .. } => "locate_failed",
+            Self::Locate { cause, .. } => cause.code(),
             Self::Option { .. } => "bad_option",
         }
     }
