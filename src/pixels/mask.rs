@@ -37,6 +37,11 @@ impl Mask {
         &self.values
     }
 
+    /// As [`Mask::values`], to write; 0 or 255 only.
+    pub fn values_mut(&mut self) -> &mut [u8] {
+        &mut self.values
+    }
+
     /// Whether the pixel at column x, row y is valid.
     pub fn at(&self, x: usize, y: usize) -> bool {
         self.values[y * self.width_px + x] != 0

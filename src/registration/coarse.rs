@@ -12,13 +12,14 @@
 //! for full fields, masked edges and water. The spread itself (neighbouring pixels are not independent) is measured on
 //! the surface.
 
-use super::fourier::{Fourier, quick_length};
+pub use super::fourier::Fourier;
+use super::fourier::quick_length;
 use crate::feature::Structure;
 use rustfft::num_complex::Complex32;
 
 /// A map region's structure, transformed once for many views.
 pub struct CoarseMap {
-    fourier: Fourier,
+    transform_size: [usize; 2],
     channels: [Vec<Complex32>; 2],
     energy: Vec<Complex32>,
     mean_energy: f64,
@@ -41,7 +42,8 @@ const LEAST_SHARE: f64 = 0.04;
 impl CoarseMap {
     /// Transforms a region. Views must not be larger than the region.
     pub fn new(map: &Structure) -> Self {
-        let mut fourier = Fourier::new(quick_length(map.width_px), quick_length(map.height_px));
+        let transform_size = [quick_length(map.width_px), quick_length(map.height_px)];
+        let mut fourier = Fourier::new(transform_size[0], transform_size[1]);
         let mut plane = |re: &[f32], im: Option<&[f32]>| {
             let mut plane = padded(&fourier, map.width_px, re, im);
             fourier.forward(&mut plane);
@@ -52,29 +54,34 @@ impl CoarseMap {
         let valid_px = (map.valid_fraction * (map.width_px * map.height_px) as f64).max(1.0);
         Self {
             mean_energy: map.total_energy() / valid_px,
-            fourier,
+            transform_size,
             channels,
             energy,
             map_size_px: [map.width_px, map.height_px],
         }
     }
 
+    /// Plans and scratch for [`CoarseMap::correlate`]; each thread needs its own.
+    pub fn fourier(&self) -> Fourier {
+        Fourier::new(self.transform_size[0], self.transform_size[1])
+    }
+
     /// T at every placement that keeps the view inside the region; `None` where the view does not fit or is blank.
-    pub fn correlate(&mut self, view: &Structure) -> Option<Surface> {
+    /// `fourier` is this map's own.
+    pub fn correlate(&self, fourier: &mut Fourier, view: &Structure) -> Option<Surface> {
         let [map_w, map_h] = self.map_size_px;
         let view_energy = view.total_energy();
         if view.width_px > map_w || view.height_px > map_h || view_energy <= 0.0 || self.mean_energy <= 0.0 {
             return None;
         }
-        let product = self.cross_spectrum(view);
-        let mut plane = product;
-        self.fourier.inverse(&mut plane);
+        let mut plane = self.cross_spectrum(fourier, view);
+        fourier.inverse(&mut plane);
         let (width, height) = (map_w - view.width_px + 1, map_h - view.height_px + 1);
-        let norm = 1.0 / (self.fourier.width() * self.fourier.height()) as f32;
+        let norm = 1.0 / (fourier.width() * fourier.height()) as f32;
         let least = (LEAST_SHARE * view_energy * self.mean_energy) as f32;
         let mut values = Vec::with_capacity(width * height);
         for y in 0..height {
-            let row = &plane[y * self.fourier.width()..y * self.fourier.width() + width];
+            let row = &plane[y * fourier.width()..y * fourier.width() + width];
             values.extend(row.iter().map(|c| {
                 let (sum, variance) = (c.re * norm, c.im * norm);
                 if variance > least { sum / variance.sqrt() } else { 0.0 }
@@ -84,16 +91,16 @@ impl CoarseMap {
     }
 
     /// The spectrum of (numerator of T) + i (square of its denominator).
-    fn cross_spectrum(&mut self, view: &Structure) -> Vec<Complex32> {
+    fn cross_spectrum(&self, fourier: &mut Fourier, view: &Structure) -> Vec<Complex32> {
         let mut spectrum = |re: &[f32], im: Option<&[f32]>| {
-            let mut plane = padded(&self.fourier, view.width_px, re, im);
-            self.fourier.forward(&mut plane);
+            let mut plane = padded(fourier, view.width_px, re, im);
+            fourier.forward(&mut plane);
             plane
         };
         let first = spectrum(&view.planes[0], Some(&view.planes[1]));
         let second = spectrum(&view.planes[2], Some(&view.planes[3]));
         let energy = spectrum(&view.energy, None);
-        let (w, h) = (self.fourier.width(), self.fourier.height());
+        let [w, h] = self.transform_size;
         let cross = |i: usize| self.channels[0][i] * first[i].conj() + self.channels[1][i] * second[i].conj();
         let mut out = vec![Complex32::new(0.0, 0.0); w * h];
         for x in 0..w {
@@ -159,7 +166,8 @@ mod tests {
         let ground = noise(90, 70, 5);
         let map = Structure::of(&ground, &Mask::filled(90, 70, true));
         let view = Structure::of(&cut(&ground, 31, 17, 40, 30), &Mask::filled(40, 30, true));
-        let surface = CoarseMap::new(&map).correlate(&view).unwrap();
+        let coarse = CoarseMap::new(&map);
+        let surface = coarse.correlate(&mut coarse.fourier(), &view).unwrap();
         for (x, y) in [(0, 0), (31, 17), (50, 40), (7, 33)] {
             let (fast, slow) = (surface.values[y * surface.width + x], brute_force(&map, &view, x, y));
             assert!((fast - slow).abs() < 1e-2 * slow.abs().max(1.0), "{x} {y}: {fast} {slow}");
@@ -171,8 +179,11 @@ mod tests {
     #[test]
     fn says_nothing_for_blank_views_and_views_that_do_not_fit() {
         let ground = noise(40, 40, 5);
-        let mut map = CoarseMap::new(&Structure::of(&ground, &Mask::filled(40, 40, true)));
-        assert!(map.correlate(&Structure::of(&Gray::filled(20, 20, 9.0), &Mask::filled(20, 20, true))).is_none());
-        assert!(map.correlate(&Structure::of(&noise(50, 20, 1), &Mask::filled(50, 20, true))).is_none());
+        let map = CoarseMap::new(&Structure::of(&ground, &Mask::filled(40, 40, true)));
+        let mut f = map.fourier();
+        assert!(
+            map.correlate(&mut f, &Structure::of(&Gray::filled(20, 20, 9.0), &Mask::filled(20, 20, true))).is_none()
+        );
+        assert!(map.correlate(&mut f, &Structure::of(&noise(50, 20, 1), &Mask::filled(50, 20, true))).is_none());
     }
 }

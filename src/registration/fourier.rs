@@ -17,7 +17,7 @@ pub struct Fourier {
 pub fn quick_length(n: usize) -> usize {
     let is_smooth = |mut m: usize| {
         for p in [2, 3, 5] {
-            while m % p == 0 {
+            while m.is_multiple_of(p) {
                 m /= p;
             }
         }

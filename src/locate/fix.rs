@@ -1,0 +1,274 @@
+//! `locate`: one absolute registration, and the decision whether it is a fix.
+
+use super::answer::{Answer, Fix, NoFix, Point, Reason};
+use super::area::{SearchArea, extent_m};
+use super::coarse_search::{self, CoarseResult, Peak};
+use super::hypotheses::hypotheses;
+use super::levels::Levels;
+use super::map::Map;
+use super::pose::Frame;
+use super::refine::{Refined, refine};
+use super::request::{FixRequest, LocateError, PositionPrior};
+use crate::camera::Camera;
+use crate::coupling::nominal_count_sequential;
+use crate::geodesy::{Enu, Geodetic, LocalFrame};
+use crate::pixels::Gray;
+use crate::store::{Footprint, Layer, Reader};
+use crate::tile::{TileId, WorldPixel, gsd_at};
+use std::f64::consts::{PI, TAU};
+use std::time::Instant;
+
+/// Bound on coarse pixels times hypotheses: some minutes on one core.
+const MOST_PLACES: f64 = 3e10;
+/// Coarse peaks that are looked at closely.
+const LOOKED_AT: usize = 5;
+/// A fix is expected to be accidental less often than once in 10^6 searches of its size, by the count of its windows.
+const MOST_LOG10_FALSE_ALARMS: f64 = -6.0;
+/// A second place with this much evidence makes the first ambiguous.
+const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
+/// A coarse peak below this many standard deviations is looked at, but is never a fix.
+const LEAST_SCORE: f64 = 4.0;
+/// What can be promised of an accepted fix until it is calibrated on negatives.
+const LEAST_FALSE_FIX_PROBABILITY: f64 = 1e-4;
+
+/// Locates a frame. `threads` bounds the parallelism; it does not change the answer.
+///
+/// # Errors
+/// Only where the question or the store is at fault: "no fix" is an answer.
+pub fn locate(store: &Reader, frame: &Gray, request: &FixRequest, threads: usize) -> Result<Answer, LocateError> {
+    let start = Instant::now();
+    request.check()?;
+    let layer = store.layer(&request.layer)?;
+    let camera = Camera::new(&request.view, frame.width_px() as u32, frame.height_px() as u32)?;
+    let mut search = Search { store, layer, request, start, nominal_count: 0.0, tiles_searched: 0, score: None };
+    search.nominal_count = search.nominal_count_of(&camera);
+    search.run(&mut Frame::new(frame, camera), threads)
+}
+
+/// One search and what is known of it so far.
+struct Search<'a> {
+    store: &'a Reader,
+    layer: &'a Layer,
+    request: &'a FixRequest,
+    start: Instant,
+    nominal_count: f64,
+    tiles_searched: usize,
+    score: Option<f64>,
+}
+
+impl Search<'_> {
+    fn run(&mut self, frame: &mut Frame<'_>, threads: usize) -> Result<Answer, LocateError> {
+        let Some(near) = self.middle() else {
+            return Ok(self.no_fix(Reason::OutsideMap, "the position is beyond the tile matrix".into()));
+        };
+        let levels = Levels::choose(frame.camera(), self.layer, near);
+        let gsd = gsd_at(near, levels.coarse);
+        let Some(reach_px) = reach_px(frame.camera(), gsd.mean_m_per_px()) else {
+            return Ok(self.no_fix(Reason::InconsistentScale, "the camera sees the horizon".into()));
+        };
+        let area = SearchArea::new(&self.request.position, self.layer, levels.coarse)
+            .and_then(|area| area.near_layer(self.layer, reach_px));
+        let Some(area) = area else {
+            return Ok(self.no_fix(Reason::OutsideMap, "the search region lies outside the layer".into()));
+        };
+        self.tiles_searched = self.count_tiles(&area, reach_px)?;
+        if self.tiles_searched == 0 {
+            return Ok(self.no_fix(Reason::OutsideMap, "no tile of the layer meets the search region".into()));
+        }
+        for zoom in levels.all() {
+            frame.prepare(zoom, gsd_at(near, zoom));
+        }
+        let coarse = self.coarse(frame, &area, reach_px, threads)?;
+        self.decide(frame, levels, &coarse)
+    }
+
+    fn coarse(
+        &self,
+        frame: &Frame<'_>,
+        area: &SearchArea,
+        half_diagonal_px: f64,
+        threads: usize,
+    ) -> Result<CoarseResult, LocateError> {
+        let hypotheses = hypotheses(self.request, half_diagonal_px);
+        let pixels: f64 = area.blocks(1 << 20).iter().map(|b| b.width_px as f64 * b.height_px as f64).sum();
+        if pixels * hypotheses.len() as f64 > MOST_PLACES {
+            return Err(LocateError::TooWide { pixels, hypotheses: hypotheses.len(), limit: MOST_PLACES });
+        }
+        let mut map = Map::new(self.store, self.layer);
+        Ok(coarse_search::search(&mut map, frame, area, &hypotheses, threads)?)
+    }
+
+    fn decide(&mut self, frame: &Frame<'_>, levels: Levels, coarse: &CoarseResult) -> Result<Answer, LocateError> {
+        let Some(first) = coarse.peaks.first() else {
+            let detail = "nothing in the frame or the region can be compared".into();
+            return Ok(self.no_fix(Reason::TooLittleStructure, detail));
+        };
+        self.score = Some(coarse.score(first.statistic));
+        let mut map = Map::new(self.store, self.layer);
+        let mut looked: Vec<(Peak, Refined)> = Vec::new();
+        for peak in coarse.peaks.iter().take(LOOKED_AT) {
+            if let Some(refined) = refine(&mut map, frame, peak.pose, levels.finest, coarse.places)? {
+                let known = looked.iter().any(|(_, r)| same_place(r, &refined));
+                if !known {
+                    looked.push((*peak, refined));
+                }
+            }
+        }
+        looked.sort_by(|a, b| a.1.log10_false_alarms.total_cmp(&b.1.log10_false_alarms));
+        let Some((peak, best)) = looked.first() else {
+            return Ok(self.no_fix(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
+        };
+        self.score = Some(coarse.score(peak.statistic));
+        if let Some((reason, detail)) = self.objection(best, looked.get(1).map(|(_, r)| r)) {
+            return Ok(self.no_fix(reason, detail));
+        }
+        self.fix(frame, best)
+    }
+
+    /// Why the best place is not a fix.
+    fn objection(&self, best: &Refined, second: Option<&Refined>) -> Option<(Reason, String)> {
+        let score = self.score.unwrap_or(0.0);
+        if best.log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
+            let detail = format!(
+                "{} of {} windows agree; expected accidents 10^{:.1}, at most 10^{MOST_LOG10_FALSE_ALARMS} are accepted",
+                best.fit.inliers.len(),
+                best.windows,
+                best.log10_false_alarms
+            );
+            return Some((Reason::TooFewAgreeingWindows, detail));
+        }
+        if score < LEAST_SCORE {
+            let detail =
+                format!("the peak stands {score:.1} standard deviations above the surface, {LEAST_SCORE} needed");
+            return Some((Reason::Ambiguous, detail));
+        }
+        if let Some(second) = second.filter(|s| s.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS) {
+            let detail = format!(
+                "a second place agrees as well: expected accidents 10^{:.1} and 10^{:.1}",
+                best.log10_false_alarms, second.log10_false_alarms
+            );
+            return Some((Reason::Ambiguous, detail));
+        }
+        self.inconsistency(best)
+    }
+
+    fn inconsistency(&self, best: &Refined) -> Option<(Reason, String)> {
+        let off = best.pose.height_ratio.ln().abs();
+        let bound = 4.0 * self.request.scale_sigma_ratio + 0.02;
+        if off > bound {
+            let detail = format!("scale {:.3} of the stated one, at most {:.3} off", best.pose.height_ratio, bound);
+            return Some((Reason::InconsistentScale, detail));
+        }
+        let prior = self.request.heading?;
+        let turn = (best.pose.heading_rad - prior.heading_rad + PI).rem_euclid(TAU) - PI;
+        let bound = 4.0 * prior.sigma_rad + 2f64.to_radians();
+        (turn.abs() > bound).then(|| {
+            let detail = format!("heading {:.1} degrees from the stated one", turn.to_degrees());
+            (Reason::InconsistentHeading, detail)
+        })
+    }
+
+    fn fix(&self, frame: &Frame<'_>, best: &Refined) -> Result<Answer, LocateError> {
+        let pose = best.pose;
+        let Ok(nadir) = pose.nadir.to_geodetic(pose.zoom) else {
+            return Ok(self.no_fix(Reason::OutsideMap, "the best place is beyond the tile matrix".into()));
+        };
+        let gsd = gsd_at(nadir, pose.zoom);
+        let camera = frame.camera().at_height_ratio(pose.height_ratio);
+        let footprint = self.footprint_at(nadir)?;
+        let map_error_m = footprint.as_ref().map_or(0.0, |f| f.horizontal_error_m);
+        let c = best.fit.covariance;
+        let (ge, gn) = (gsd.east_m_per_px, gsd.north_m_per_px);
+        let covariance_m2 = [
+            [c[(0, 0)] * ge * ge + map_error_m.powi(2), -c[(0, 1)] * ge * gn],
+            [-c[(0, 1)] * ge * gn, c[(1, 1)] * gn * gn + map_error_m.powi(2)],
+        ];
+        Ok(Answer::Fix(Fix {
+            latitude_deg: nadir.latitude_deg(),
+            longitude_deg: nadir.longitude_deg(),
+            heading_deg: pose.heading_rad.to_degrees().rem_euclid(360.0),
+            heading_sigma_deg: c[(3, 3)].sqrt().to_degrees(),
+            gsd_m_per_px: camera.gsd_m_per_px(),
+            scale_sigma_ratio: c[(2, 2)].sqrt(),
+            covariance_m2,
+            score: self.score.unwrap_or(0.0),
+            false_fix_probability: 10f64.powf(best.log10_false_alarms).clamp(LEAST_FALSE_FIX_PROBABILITY, 1.0),
+            image_centre: image_centre(&camera, nadir, pose.heading_rad),
+            inliers: best.fit.inliers.len(),
+            tiles_searched: self.tiles_searched,
+            nominal_count: self.nominal_count,
+            map_epoch: footprint.and_then(|f| f.acquired),
+            time_s: self.request.time_s,
+            elapsed_ms: self.elapsed_ms(),
+        }))
+    }
+
+    fn no_fix(&self, reason: Reason, detail: String) -> Answer {
+        Answer::NoFix(NoFix {
+            reason,
+            detail,
+            score: self.score,
+            tiles_searched: self.tiles_searched,
+            nominal_count: self.nominal_count,
+            time_s: self.request.time_s,
+            elapsed_ms: self.elapsed_ms(),
+        })
+    }
+
+    fn elapsed_ms(&self) -> f64 {
+        self.start.elapsed().as_secs_f64() * 1e3
+    }
+
+    fn footprint_at(&self, point: Geodetic) -> Result<Option<Footprint>, LocateError> {
+        let Ok(tile) = TileId::containing(point, self.layer.base_zoom) else { return Ok(None) };
+        Ok(self.store.footprint(self.layer, tile)?)
+    }
+
+    /// The middle of what the prior leaves open.
+    fn middle(&self) -> Option<Geodetic> {
+        let point = match self.request.position {
+            PositionPrior::Gaussian { centre, .. } | PositionPrior::Square { centre, .. } => centre,
+            PositionPrior::WholeLayer => {
+                let [west, south, east, north] = self.layer.bounds_deg;
+                let east = if east < west { east + 360.0 } else { east };
+                Geodetic::from_degrees((south + north) / 2.0, (west + east) / 2.0).ok()?
+            }
+        };
+        WorldPixel::of(point, 0).ok().map(|_| point)
+    }
+
+    /// The paper's count (equation 3) for the area left open, its two edges taken as twice the drift.
+    fn nominal_count_of(&self, camera: &Camera) -> f64 {
+        let (w, h) = camera.frame_size_px();
+        let (across_m, along_m) = (f64::from(w) * camera.gsd_m_per_px(), f64::from(h) * camera.gsd_m_per_px());
+        let [east_m, north_m] = extent_m(&self.request.position, self.layer);
+        nominal_count_sequential(across_m, along_m, 0.0, (east_m * north_m).sqrt() / 2.0)
+    }
+
+    /// Base tiles that meet the area or a frame within it.
+    fn count_tiles(&self, area: &SearchArea, reach_px: f64) -> Result<usize, LocateError> {
+        let bounds = area.mercator_bounds(reach_px);
+        Ok(self.store.footprints_in(self.layer, self.layer.base_zoom, &bounds)?.len())
+    }
+}
+
+/// Farthest a frame's corner lies from its nadir or from its middle, coarse pixels.
+fn reach_px(camera: &Camera, gsd_m_per_px: f64) -> Option<f64> {
+    let corners = camera.footprint_in_level()?;
+    let farthest_m = corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max);
+    Some(farthest_m / gsd_m_per_px)
+}
+
+fn same_place(a: &Refined, b: &Refined) -> bool {
+    const SAME_PX: f64 = 6.0;
+    let (dx, dy) = (a.pose.nadir.x_px - b.pose.nadir.x_px, a.pose.nadir.y_px - b.pose.nadir.y_px);
+    dx.hypot(dy) < SAME_PX
+}
+
+fn image_centre(camera: &Camera, nadir: Geodetic, heading_rad: f64) -> Point {
+    let [right_m, ahead_m] = camera.image_centre_in_level().unwrap_or([0.0; 2]);
+    let (sin, cos) = heading_rad.sin_cos();
+    let enu = Enu { east_m: right_m * cos + ahead_m * sin, north_m: ahead_m * cos - right_m * sin };
+    let point = LocalFrame::at(nadir).geodetic_from_enu(enu).unwrap_or(nadir);
+    Point { latitude_deg: point.latitude_deg(), longitude_deg: point.longitude_deg() }
+}
