@@ -1,12 +1,119 @@
-//! (skeleton)
+//! `overfly info`: what is in a store.
 
 use super::{Exit, Failure, Output};
+use overfly::store::{Layer, Reader, Source, StoreError, hex};
+use serde::Serialize;
+use std::path::PathBuf;
 
 /// Arguments.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The store.
+    file: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Info<'a> {
+    file: &'a std::path::Path,
+    digest: &'a str,
+    format_version: u32,
+    descriptor_contract: &'a str,
+    tiles: u64,
+    bytes: u64,
+    layers: Vec<LayerInfo<'a>>,
+}
+
+#[derive(Serialize)]
+struct LayerInfo<'a> {
+    #[serde(flatten)]
+    layer: &'a Layer,
+    sources: Vec<SourceInfo>,
+}
+
+#[derive(Serialize)]
+struct SourceInfo {
+    path: PathBuf,
+    content_hash: String,
+    acquired: Option<String>,
+    crs_epsg: Option<u32>,
+    stretch: Option<(f64, f64)>,
+    horizontal_error_m: f64,
+    gsd_m_per_px: f64,
+}
 
 /// Runs the command.
-pub fn run(_args: &Args, _output: &Output) -> Result<Exit, Failure> {
-    Err(Failure::failed("not_built", anyhow::anyhow!("not built yet")))
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let reader = Reader::open(&args.file).map_err(fail)?;
+    let layers = reader
+        .layers()
+        .iter()
+        .map(|layer| {
+            let sources = reader.sources(layer)?.into_iter().map(source_info).collect();
+            Ok(LayerInfo { layer, sources })
+        })
+        .collect::<Result<Vec<_>, StoreError>>()
+        .map_err(fail)?;
+    let info = Info {
+        file: &args.file,
+        digest: reader.digest(),
+        format_version: reader.format_version(),
+        descriptor_contract: reader.descriptor_contract(),
+        tiles: reader.layers().iter().map(|l| l.tiles).sum(),
+        bytes: reader.bytes(),
+        layers,
+    };
+    output.say(&info, || describe(&info));
+    Ok(Exit::Done)
+}
+
+fn fail(error: StoreError) -> Failure {
+    Failure::failed(error.code(), error)
+}
+
+fn source_info(source: Source) -> SourceInfo {
+    SourceInfo {
+        content_hash: hex(&source.content_hash),
+        path: source.path,
+        acquired: source.acquired,
+        crs_epsg: source.crs_epsg,
+        stretch: source.stretch,
+        horizontal_error_m: source.horizontal_error_m,
+        gsd_m_per_px: source.gsd_m_per_px,
+    }
+}
+
+fn describe(info: &Info<'_>) -> String {
+    let mut text = format!(
+        "{}: {:.1} MB, {} tiles, format {}, descriptors {}\ndigest {}\n",
+        info.file.display(),
+        info.bytes as f64 / 1e6,
+        info.tiles,
+        info.format_version,
+        info.descriptor_contract,
+        info.digest,
+    );
+    for LayerInfo { layer, sources } in &info.layers {
+        let [west, south, east, north] = layer.bounds_deg;
+        if !layer.complete {
+            text.push_str(&format!("\nlayer {}: unfinished; run the same `overfly build` again\n", layer.name));
+            continue;
+        }
+        text.push_str(&format!(
+            "\nlayer {}: zoom {} to {}, {} base tiles, {} in all\n  west {west:.5} south {south:.5} east {east:.5} north {north:.5}\n",
+            layer.name, layer.min_zoom, layer.base_zoom, layer.base_tiles, layer.tiles,
+        ));
+        text.push_str("  acquired    gsd_m_per_px  error_m  source\n");
+        for source in sources {
+            text.push_str(&format!(
+                "  {:<10}  {:>12.3}  {:>7.2}  {} ({})\n",
+                source.acquired.as_deref().map_or("unknown", |a| a.get(..10).unwrap_or(a)),
+                source.gsd_m_per_px,
+                source.horizontal_error_m,
+                source.path.display(),
+                &source.content_hash[..8],
+            ));
+        }
+    }
+    text.truncate(text.trim_end().len());
+    text
 }

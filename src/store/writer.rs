@@ -185,18 +185,25 @@ impl Writer {
     }
 
     /// Ends the build in one transaction: staged tiles to their places, tiles that are not in `wanted` away, sources,
-    /// counts, digest and the GeoPackage's declaration up to date. Returns the tiles that the layer now has.
+    /// counts, digest and the GeoPackage's declaration up to date. Returns the tiles that the layer now has; `None` where
+    /// it would have none: the build is then given up.
     ///
     /// # Errors
     /// Where the disk is full or another build took the layer over; the layer is then as it was.
-    pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<u64, StoreError> {
+    pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<Option<u64>, StoreError> {
         self.commit()?;
         self.begin_transaction()?;
         let tiles = finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
+        if tiles == 0 {
+            self.in_transaction = false;
+            self.connection.execute_batch("ROLLBACK").map_err(|e| self.fail(e))?;
+            self.abandon()?;
+            return Ok(None);
+        }
         self.commit()?;
         finish::compact(&self.connection);
         self.connection.close().map_err(|(_, e)| StoreError::sqlite(&self.path, e))?;
-        Ok(tiles)
+        Ok(Some(tiles))
     }
 
     /// Gives the declared build up: the layer is as it was before; one that never was finished is gone.
@@ -205,13 +212,15 @@ impl Writer {
     /// Where SQLite fails.
     pub fn abandon(mut self) -> Result<(), StoreError> {
         self.commit()?;
+        self.begin_transaction()?;
         let layer = &self.declaration.layer;
         let outcome = if self.staging {
             finish::clear_pending(&self.connection, layer)
         } else {
             finish::remove(&self.connection, layer)
         };
-        outcome.map_err(|e| self.fail(e))
+        outcome.map_err(|e| self.fail(e))?;
+        self.commit()
     }
 
     fn begin_transaction(&mut self) -> Result<(), StoreError> {

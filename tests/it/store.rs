@@ -46,7 +46,7 @@ pub fn store_of(path: &Path, layer: &str, tiles: &[TileId], seed: u8) {
     for (index, tile) in tiles.iter().enumerate() {
         writer.put(&built(*tile, &source, seed, index % 2 == 1)).unwrap();
     }
-    writer.finish(&|_| true).unwrap();
+    assert_eq!(writer.finish(&|_| true).unwrap(), Some(tiles.len() as u64));
 }
 
 fn block(zoom: u8, column: u32, row: u32, size: u32) -> Vec<TileId> {
