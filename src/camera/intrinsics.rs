@@ -4,7 +4,7 @@ use super::CameraError;
 use serde::{Deserialize, Serialize};
 
 /// A pinhole camera, as `camera.toml` spells it. Pixels are counted from the image's upper-left corner.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Intrinsics {
     /// Columns of the sensor.

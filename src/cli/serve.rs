@@ -1,12 +1,75 @@
-//! (skeleton)
+//! `overfly serve`: the HTTP service.
 
 use super::{Exit, Failure, Output};
+use anyhow::Context;
+use overfly::server::{Limits, Listen, Service, ServiceState, serve};
+use overfly::store::Reader;
+use std::path::PathBuf;
 
 /// Arguments.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The store.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// HOST:PORT (port 0: a free one) or unix:/path/to/socket.
+    #[arg(long, default_value = "127.0.0.1:8787", value_name = "ADDRESS")]
+    listen: String,
+    /// As on the aircraft: the store is opened immutable and read-only, no route writes.
+    #[arg(long)]
+    onboard: bool,
+    /// Megabytes for indexes held in memory; what does not fit is answered from the file.
+    #[arg(long, default_value_t = 256, value_name = "MB")]
+    memory: u64,
+}
 
-/// Runs the command.
-pub fn run(_args: &Args, _output: &Output) -> Result<Exit, Failure> {
-    Err(Failure::failed("not_built", anyhow::anyhow!("not built yet")))
+/// Serves until SIGTERM or ctrl-c.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let listen: Listen =
+        args.listen.parse().map_err(|e: overfly::server::ListenError| Failure::unusable(e.code(), e))?;
+    let (service, opened) = if args.onboard {
+        (Service::Onboard, Reader::open_onboard(&args.db))
+    } else {
+        (Service::Preflight, Reader::open(&args.db))
+    };
+    let store = opened?;
+    log();
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .context("cannot start the threads of the service")
+        .map_err(|e| Failure::failed("threads", e))?;
+    let limits = Limits { index_bytes: args.memory.saturating_mul(1_000_000), ..Limits::default() };
+    let state = ServiceState::new(store, service, limits);
+    let outcome = runtime.block_on(async {
+        let stop = stop_signal().map_err(|e| Failure::failed("signals", e))?;
+        let started = |at: &Listen| {
+            output.say(&serde_json::json!({"listening": at.to_string(), "service": service}), || {
+                format!("listening on {at}")
+            });
+        };
+        serve(&listen, state, started, stop).await.map_err(|e| Failure::failed(e.code(), e))
+    });
+    // A registration still at work would hold the exit; its answer has nobody to go to.
+    runtime.shutdown_background();
+    outcome.map(|()| Exit::Done)
+}
+
+fn log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("OVERFLY_LOG").unwrap_or_else(|_| "info".into());
+    // A second subscriber is refused, which only tests in one process can notice.
+    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+}
+
+/// Ready once the process is told to stop; the handlers stand when this returns.
+fn stop_signal() -> std::io::Result<impl Future<Output = ()> + Send + 'static> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    Ok(async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+    })
 }

@@ -1,9 +1,10 @@
 //! What `locate` answers, as JSON spells it.
 
 use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 /// A fix, or none and why. `status` is "fix" or "no_fix".
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Answer {
     /// Located.
@@ -13,7 +14,7 @@ pub enum Answer {
 }
 
 /// A position on the ground, degrees.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Point {
     /// Degrees north.
     pub latitude_deg: f64,
@@ -22,7 +23,7 @@ pub struct Point {
 }
 
 /// Where the camera was.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Fix {
     /// Of the nadir, degrees.
     pub latitude_deg: f64,
@@ -59,7 +60,7 @@ pub struct Fix {
 }
 
 /// No fix.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct NoFix {
     /// A stable word.
     pub reason: Reason,
@@ -78,7 +79,7 @@ pub struct NoFix {
 }
 
 /// Why there is no fix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// The search region holds no map.

@@ -6,10 +6,12 @@
 mod error;
 mod index;
 mod parameters;
+mod residents;
 
 pub use error::CandidatesError;
 pub use index::ResidentIndex;
 pub use parameters::CandidateParameters;
+pub use residents::Residents;
 
 use crate::coupling::SECONDS_PER_TILE;
 use crate::geodesy::Geodetic;
@@ -101,7 +103,7 @@ impl Geometry {
     }
 }
 
-/// Answers a question from the store's own R-tree.
+/// Answers a question from the store's own R-tree ([`Residents`] answers the same from memory).
 ///
 /// # Errors
 /// [`CandidatesError`]: parameters out of range, an unknown layer, more than [`MAX_TILES`] tiles, the store.
@@ -109,21 +111,6 @@ pub fn candidates(store: &Reader, query: &CandidateQuery) -> Result<Candidates, 
     let (layer, zoom, region) = prepare(store, query)?;
     let footprints = store.footprints_in(layer, zoom, &region.mercator_bounds())?;
     Ok(rank(&layer.name, footprints.iter(), &region, query.max_tiles))
-}
-
-/// As [`candidates`], from an index held in memory. `resident` says which one serves a layer and zoom.
-///
-/// # Errors
-/// As [`candidates`], and what `resident` fails with.
-pub fn candidates_from<I: AsRef<ResidentIndex>>(
-    store: &Reader,
-    query: &CandidateQuery,
-    resident: impl FnOnce(&Layer, u8) -> Result<I, CandidatesError>,
-) -> Result<Candidates, CandidatesError> {
-    let (layer, zoom, region) = prepare(store, query)?;
-    let index = resident(layer, zoom)?;
-    let met = index.as_ref().footprints_in(&region.mercator_bounds());
-    Ok(rank(&layer.name, met.into_iter(), &region, query.max_tiles))
 }
 
 /// The answer for footprints that an index let through: exact check, ranking, figures.

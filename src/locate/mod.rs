@@ -4,6 +4,7 @@ mod answer;
 mod area;
 pub mod candidates;
 mod coarse_search;
+pub mod coverage;
 mod fix;
 mod hypotheses;
 mod levels;

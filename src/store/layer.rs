@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// One epoch of imagery: a tile table of its own.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
 pub struct Layer {
     /// Its name, `ortho` by default.
     pub name: String,

@@ -1,4 +1,7 @@
 //! One binary, a module per promise.
 
+mod candidates;
+mod http;
+mod onboard;
 mod orthophotos;
 mod store;

@@ -94,7 +94,7 @@ impl CandidatesError {
             Self::LayerNotStated { .. } => "layer_not_stated",
             Self::RegionTooLarge { .. } => "region_too_large",
             Self::TooManyTiles { .. } => "too_many_tiles",
-            Self::Store(_) => "store",
+            Self::Store(error) => error.code(),
         }
     }
 

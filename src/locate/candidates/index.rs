@@ -2,7 +2,7 @@
 
 use crate::geodesy::WORLD_M;
 use crate::store::Footprint;
-use crate::tile::{MercatorBounds, TileId};
+use crate::tile::MercatorBounds;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
@@ -36,11 +36,6 @@ impl ResidentIndex {
         self.footprints.is_empty()
     }
 
-    /// All of them, in the order given.
-    pub fn footprints(&self) -> &[Footprint] {
-        &self.footprints
-    }
-
     /// Those whose bounds meet an extent, x running past the antimeridian included; each once, in no order.
     pub fn footprints_in(&self, bounds: &MercatorBounds) -> Vec<&Footprint> {
         let mut found: Vec<u32> = Vec::new();
@@ -60,10 +55,5 @@ impl ResidentIndex {
             found.dedup();
         }
         found.into_iter().map(|i| &self.footprints[i as usize]).collect()
-    }
-
-    /// The tiles it holds.
-    pub fn tiles(&self) -> impl Iterator<Item = TileId> + '_ {
-        self.footprints.iter().map(|f| f.tile)
     }
 }

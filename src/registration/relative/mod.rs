@@ -9,6 +9,7 @@ use crate::feature::keypoint::{self, Keypoints};
 use crate::pixels::{Gray, Mask};
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
+use utoipa::ToSchema;
 
 /// What two frames are known to share before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,7 +19,7 @@ pub struct MotionPrior {
 }
 
 /// The answer: how frame b lies on frame a, or why that cannot be said.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum MotionAnswer {
     /// Registered.
@@ -31,7 +32,7 @@ pub enum MotionAnswer {
 }
 
 /// A similarity taking a point of image b to image a, pixels counted from the corner.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Motion {
     /// Row-major 2 x 3: a point (x, y, 1) of b to a.
     pub a_from_b: [[f64; 3]; 2],
@@ -114,11 +115,7 @@ pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
         return refused(format!("{} correspondences, no two of which agree on a similarity", pairs.len()));
     };
     if found.inliers < LEAST_INLIERS {
-        return refused(format!(
-            "{} of {} correspondences agree, {LEAST_INLIERS} needed",
-            found.inliers,
-            pairs.len()
-        ));
+        return refused(format!("{} of {} correspondences agree, {LEAST_INLIERS} needed", found.inliers, pairs.len()));
     }
     if let Some(expected) = prior.scale.filter(|e| (found.similarity.scale() / e).ln().abs() > SCALE_SLACK) {
         return refused(format!("scale {:.3}, but {expected:.3} was stated", found.similarity.scale()));
@@ -140,8 +137,7 @@ fn motion(
     matches: usize,
 ) -> Motion {
     let Similarity { c, s, t } = similarity;
-    let displacement =
-        similarity.apply(centre) - Vector2::new(a.width_px() as f64 / 2.0, a.height_px() as f64 / 2.0);
+    let displacement = similarity.apply(centre) - Vector2::new(a.width_px() as f64 / 2.0, a.height_px() as f64 / 2.0);
     Motion {
         a_from_b: [[c, -s, t.x], [s, c, t.y]],
         rotation_rad: similarity.rotation_rad(),

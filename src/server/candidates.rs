@@ -1,0 +1,99 @@
+//! `GET /v1/candidates`: which tiles to search.
+
+use super::error::ServerError;
+use super::problem::Problem;
+use super::query::{Query, QueryError};
+use super::state::ServiceState;
+use super::work::Load;
+use crate::locate::candidates::{CandidateParameters, Candidates};
+use axum::Json;
+use axum::extract::{RawQuery, State};
+
+/// Every parameter of this path.
+pub(super) const PARAMETERS: &[&str] = &[
+    "latitude_deg",
+    "longitude_deg",
+    "heading_deg",
+    "across_m",
+    "along_m",
+    "inaccuracy_m",
+    "drift_m",
+    "sigma_east_m",
+    "sigma_north_m",
+    "correlation",
+    "mode",
+    "unit_drift_m",
+    "execution_s",
+    "relative_s",
+    "speed_mps",
+    "min_turn_radius_m",
+    "layer",
+    "max_tiles",
+    "gsd_m_per_px",
+];
+
+/// The tiles to search for a position and its uncertainty, best first.
+///
+/// State either `inaccuracy_m` and `drift_m` (the sequential mode's rectangle, equation 3) or `sigma_east_m` and
+/// `sigma_north_m` (the 99.7 % ellipse dilated by the image's footprint). No tile that meets the region is missing.
+#[utoipa::path(
+    get, path = "/v1/candidates", tag = "search",
+    params(
+        ("latitude_deg" = f64, Query, description = "Most likely position of the image's centre, degrees north", minimum = -85.051128, maximum = 85.051128, example = 47.66),
+        ("longitude_deg" = f64, Query, description = "The same, degrees east", minimum = -180.0, maximum = 180.0, example = -99.27),
+        ("heading_deg" = f64, Query, description = "Direction of the image's upper edge, degrees clockwise from true north, less than 360", minimum = 0.0, maximum = 360.0, example = 90.0),
+        ("across_m" = f64, Query, description = "a: the image's ground extent across the heading, metres, more than 0", minimum = 0.0, example = 1400.0),
+        ("along_m" = f64, Query, description = "b: the image's ground extent along the heading, metres, more than 0", minimum = 0.0, example = 1050.0),
+        ("inaccuracy_m" = Option<f64>, Query, description = "I: full width of the last fix's error, metres", minimum = 0.0, example = 30.0),
+        ("drift_m" = Option<f64>, Query, description = "D_T: drift since the last fix, one-sided, metres", minimum = 0.0, example = 300.0),
+        ("sigma_east_m" = Option<f64>, Query, description = "Instead of inaccuracy and drift: one standard deviation towards east, metres, more than 0", minimum = 0.0),
+        ("sigma_north_m" = Option<f64>, Query, description = "One standard deviation towards north, metres, more than 0", minimum = 0.0),
+        ("correlation" = Option<f64>, Query, description = "Correlation of both; 0 by default", minimum = -0.999999, maximum = 0.999999),
+        ("mode" = Option<String>, Query, description = "`sequential` (default); `parallel` and `combined` answer 501 until they are built"),
+        ("unit_drift_m" = Option<f64>, Query, description = "D_U, of mode=parallel"),
+        ("execution_s" = Option<f64>, Query, description = "t_exe, of mode=parallel and mode=combined"),
+        ("relative_s" = Option<f64>, Query, description = "t0, of mode=parallel"),
+        ("speed_mps" = Option<f64>, Query, description = "v, of mode=combined"),
+        ("min_turn_radius_m" = Option<f64>, Query, description = "R_min, of mode=combined"),
+        ("layer" = Option<String>, Query, description = "Which layer; the only one, or `ortho`, by default"),
+        ("max_tiles" = Option<u64>, Query, description = "Return only this many of the best", minimum = 1),
+        ("gsd_m_per_px" = Option<f64>, Query, description = "Chooses the coarsest level whose pixels are no larger; the base level by default", minimum = 0.0),
+    ),
+    responses(
+        (status = 200, description = "The tiles that meet the region, best first", body = Candidates),
+        (status = "4XX", description = "A parameter is unknown, missing, repeated, not finite or out of range", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The mode is not built yet", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn get(
+    State(state): State<ServiceState>,
+    RawQuery(raw): RawQuery,
+) -> Result<Json<Candidates>, ServerError> {
+    let query = parameters(&Query::read(raw.as_deref(), PARAMETERS)?)?.query()?;
+    let (store, residents) = (state.store.clone(), state.residents.clone());
+    Ok(Json(state.work.run(Load::Question, move || residents.candidates(&store, &query)).await??))
+}
+
+fn parameters(query: &Query) -> Result<CandidateParameters, QueryError> {
+    Ok(CandidateParameters {
+        latitude_deg: query.number("latitude_deg")?,
+        longitude_deg: query.number("longitude_deg")?,
+        heading_deg: query.number("heading_deg")?,
+        across_m: query.number("across_m")?,
+        along_m: query.number("along_m")?,
+        inaccuracy_m: query.number("inaccuracy_m")?,
+        drift_m: query.number("drift_m")?,
+        sigma_east_m: query.number("sigma_east_m")?,
+        sigma_north_m: query.number("sigma_north_m")?,
+        correlation: query.number("correlation")?,
+        mode: query.text("mode")?,
+        unit_drift_m: query.number("unit_drift_m")?,
+        execution_s: query.number("execution_s")?,
+        relative_s: query.number("relative_s")?,
+        speed_mps: query.number("speed_mps")?,
+        min_turn_radius_m: query.number("min_turn_radius_m")?,
+        layer: query.text("layer")?,
+        max_tiles: query.whole("max_tiles")?,
+        gsd_m_per_px: query.number("gsd_m_per_px")?,
+    })
+}

@@ -1,0 +1,189 @@
+//! `ServerError`: every way in which a request can fail, and the one place where failures become status codes.
+
+use super::form::FormError;
+use super::query::QueryError;
+use crate::camera::CameraError;
+use crate::locate::LocateError;
+use crate::locate::candidates::CandidatesError;
+use crate::raster::FrameError;
+use crate::store::StoreError;
+use crate::tile::TileError;
+use axum::http::StatusCode;
+
+/// Why a request has no answer.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ServerError {
+    #[error(transparent)]
+    Query(#[from] QueryError),
+    #[error(transparent)]
+    Candidates(#[from] CandidatesError),
+    #[error(transparent)]
+    Locate(#[from] LocateError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Form(#[from] FormError),
+    #[error("{error}")]
+    Frame { part: &'static str, error: FrameError },
+    #[error(
+        "{part} is an image of {width_px} x {height_px} pixels; this service takes {limit_px} pixels, {limit_edge_px} a side"
+    )]
+    ImageTooLarge { part: &'static str, width_px: u32, height_px: u32, limit_px: u64, limit_edge_px: u32 },
+    #[error("{name}: {reason}")]
+    Parameter { name: &'static str, reason: String },
+    #[error("the path names no tile: {0}")]
+    TileName(TileError),
+    #[error("the path names no tile: {what} = {found:?} is not a whole number")]
+    TileIndex { what: &'static str, found: String },
+    #[error("layer {layer} has no tile {z}/{x}/{y}")]
+    NoTile { layer: String, z: u8, x: u32, y: u32 },
+    #[error("tile {z}/{x}/{y} of layer {layer} has no descriptors: only tiles of the base level have")]
+    NoDescriptors { layer: String, z: u8, x: u32, y: u32 },
+    #[error("{0}")]
+    Path(String),
+    #[error("there is nothing here; /openapi.json lists what there is")]
+    NoRoute,
+    #[error("this path does not take that method; /openapi.json lists what it takes")]
+    Method,
+    #[error("as many uploads as the service holds are in progress: try again")]
+    Busy,
+    #[error("no answer within {limit_s} s: ask for less, or try again when fewer ask")]
+    TimeLimit { limit_s: f64 },
+    #[error("the service failed in a way it should not; its log says where")]
+    Panicked,
+}
+
+impl ServerError {
+    /// The status that says whose fault it is. Exhaustive on purpose: a new failure must choose here.
+    pub(super) fn status(&self) -> StatusCode {
+        match self {
+            Self::Query(error) => match error {
+                QueryError::Unknown { .. }
+                | QueryError::Repeated { .. }
+                | QueryError::NotANumber { .. }
+                | QueryError::NotFinite { .. }
+                | QueryError::NotWhole { .. }
+                | QueryError::Empty { .. } => StatusCode::BAD_REQUEST,
+            },
+            Self::Candidates(error) => candidates_status(error),
+            Self::Locate(error) => locate_status(error),
+            Self::Store(error) => store_status(error),
+            Self::Form(error) => match error {
+                FormError::NotMultipart { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                FormError::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+                FormError::TooSlow { .. } => StatusCode::REQUEST_TIMEOUT,
+                FormError::Broken { .. }
+                | FormError::Missing { .. }
+                | FormError::Repeated { .. }
+                | FormError::Unknown { .. }
+                | FormError::NotJson { .. } => StatusCode::BAD_REQUEST,
+            },
+            Self::Frame { error, .. } => match error {
+                FrameError::NotAnImage { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                FrameError::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+                FrameError::Unreadable { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+            },
+            Self::ImageTooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::Parameter { .. } | Self::TileName(_) | Self::TileIndex { .. } | Self::Path(_) => {
+                StatusCode::BAD_REQUEST
+            }
+            Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute => StatusCode::NOT_FOUND,
+            Self::Method => StatusCode::METHOD_NOT_ALLOWED,
+            Self::Busy | Self::TimeLimit { .. } => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
+        }
+    }
+
+    /// The stable code word.
+    pub(super) fn code(&self) -> &'static str {
+        match self {
+            Self::Query(error) => error.code(),
+            Self::Candidates(error) => error.code(),
+            Self::Locate(LocateError::Parameter { .. }) => "parameter_out_of_range",
+            Self::Locate(error) => error.code(),
+            Self::Store(error) => error.code(),
+            Self::Form(error) => error.code(),
+            Self::Frame { error, .. } => error.code(),
+            Self::ImageTooLarge { .. } => "image_too_large",
+            Self::Parameter { .. } => "parameter_out_of_range",
+            Self::TileName(_) | Self::TileIndex { .. } => "tile_name",
+            Self::NoTile { .. } => "no_such_tile",
+            Self::NoDescriptors { .. } => "no_descriptors",
+            Self::Path(_) => "path",
+            Self::NoRoute => "no_such_route",
+            Self::Method => "method_not_allowed",
+            Self::Busy => "busy",
+            Self::TimeLimit { .. } => "time_limit",
+            Self::Panicked => "internal",
+        }
+    }
+
+    /// The parameter or part at fault, where it is one.
+    pub(super) fn parameter(&self) -> Option<String> {
+        match self {
+            Self::Query(error) => Some(error.parameter().to_owned()),
+            Self::Candidates(error) => error.parameter().map(str::to_owned),
+            Self::Locate(LocateError::Parameter { name, .. }) => Some((*name).to_owned()),
+            Self::Locate(LocateError::Camera(error)) => Some(camera_parameter(error).to_owned()),
+            Self::Form(error) => error.part().map(str::to_owned),
+            Self::Frame { part, .. } | Self::ImageTooLarge { part, .. } => Some((*part).to_owned()),
+            Self::Parameter { name, .. } => Some((*name).to_owned()),
+            Self::TileIndex { what, .. } => Some((*what).to_owned()),
+            _ => None,
+        }
+    }
+}
+
+fn candidates_status(error: &CandidatesError) -> StatusCode {
+    match error {
+        CandidatesError::Missing { .. }
+        | CandidatesError::OutOfRange { .. }
+        | CandidatesError::Conflict { .. }
+        | CandidatesError::UnknownMode { .. }
+        | CandidatesError::LayerNotStated { .. }
+        | CandidatesError::RegionTooLarge { .. }
+        | CandidatesError::TooManyTiles { .. } => StatusCode::BAD_REQUEST,
+        CandidatesError::ModeNotBuilt { .. } => StatusCode::NOT_IMPLEMENTED,
+        CandidatesError::Store(error) => store_status(error),
+    }
+}
+
+fn locate_status(error: &LocateError) -> StatusCode {
+    match error {
+        LocateError::Store(error) => store_status(error),
+        LocateError::Camera(_) | LocateError::Parameter { .. } | LocateError::TooWide { .. } => StatusCode::BAD_REQUEST,
+    }
+}
+
+fn camera_parameter(error: &CameraError) -> &'static str {
+    match error {
+        CameraError::NotPositive { name, .. } | CameraError::NotFinite { name, .. } => name,
+        CameraError::TooFarOffNadir { .. } => "pitch_deg",
+        CameraError::OtherAspect { .. } => "camera",
+    }
+}
+
+fn store_status(error: &StoreError) -> StatusCode {
+    match error {
+        StoreError::NoLayer { .. } => StatusCode::NOT_FOUND,
+        StoreError::LayerName { .. } => StatusCode::BAD_REQUEST,
+        StoreError::Unfinished { .. } => StatusCode::CONFLICT,
+        StoreError::Busy { .. } | StoreError::HotJournal { .. } | StoreError::SideFile { .. } => {
+            StatusCode::SERVICE_UNAVAILABLE
+        }
+        StoreError::Missing { .. }
+        | StoreError::NotAStore { .. }
+        | StoreError::NoLayers { .. }
+        | StoreError::NewerFormat { .. }
+        | StoreError::OlderFormat { .. }
+        | StoreError::OtherContract { .. }
+        | StoreError::Denied { .. }
+        | StoreError::DiskFull { .. }
+        | StoreError::Superseded { .. }
+        | StoreError::Damaged { .. }
+        | StoreError::DamagedTile { .. }
+        | StoreError::Encode { .. }
+        | StoreError::Io { .. }
+        | StoreError::Sqlite { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+    }
+}

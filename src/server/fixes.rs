@@ -1,0 +1,60 @@
+//! `POST /v1/fixes`: one absolute registration.
+
+use super::error::ServerError;
+use super::fix_parameters::FixParameters;
+use super::form::Form;
+use super::frame;
+use super::problem::Problem;
+use super::query::NoQuery;
+use super::state::ServiceState;
+use super::work::Load;
+use crate::locate::{Answer, candidates::default_layer, locate};
+use axum::Json;
+use axum::extract::multipart::MultipartRejection;
+use axum::extract::{Multipart, State};
+
+/// The form of a fix.
+#[derive(utoipa::ToSchema)]
+#[allow(dead_code)]
+pub(super) struct FixForm {
+    /// The frame: PNG, JPEG or WebP.
+    #[schema(value_type = String, format = Binary)]
+    image: Vec<u8>,
+    /// What is known of it, as JSON.
+    request: FixParameters,
+}
+
+/// Locates a camera frame on the map.
+///
+/// "No fix" is an answer (status 200), never an error.
+#[utoipa::path(
+    post, path = "/v1/fixes", tag = "registration",
+    request_body(content = FixForm, content_type = "multipart/form-data"),
+    responses(
+        (status = 200, description = "A fix, or no fix and why", body = Answer),
+        (status = "4XX", description = "The request is at fault", body = Problem, content_type = "application/problem+json"),
+        (status = "5XX", description = "The service is at fault or busy", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn post(
+    State(state): State<ServiceState>,
+    _: NoQuery,
+    multipart: Result<Multipart, MultipartRejection>,
+) -> Result<Json<Answer>, ServerError> {
+    let mut form = Form::read(&state, multipart, &["image", "request"]).await?;
+    let parameters: FixParameters = form.json("request")?;
+    let bytes = form.take("image")?;
+    let work = state.work.clone();
+    let answer = work
+        .run(Load::Registration, move || -> Result<Answer, ServerError> {
+            let layer = match &parameters.layer {
+                Some(name) => state.store.layer(name)?,
+                None => default_layer(&state.store)?,
+            };
+            let request = parameters.request(&layer.name)?;
+            let frame = frame::decode("image", &bytes, &state.limits)?;
+            Ok(locate(&state.store, &frame, &request, state.limits.threads)?)
+        })
+        .await??;
+    Ok(Json(answer))
+}

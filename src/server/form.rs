@@ -1,0 +1,119 @@
+//! `Form`: a multipart body with an exact set of parts, read within bounds.
+
+use super::error::ServerError;
+use super::state::ServiceState;
+use axum::extract::Multipart;
+use axum::extract::multipart::{MultipartError, MultipartRejection};
+use axum::http::StatusCode;
+use serde::de::DeserializeOwned;
+use tokio::sync::OwnedSemaphorePermit;
+
+/// Why a form is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum FormError {
+    #[error("expected a multipart/form-data body: {reason}")]
+    NotMultipart { reason: String },
+    #[error("the body is larger than {limit_bytes} bytes")]
+    TooLarge { limit_bytes: usize },
+    #[error("the body did not arrive within {limit_s} s")]
+    TooSlow { limit_s: f64 },
+    #[error("the body breaks off or is not well formed: {reason}")]
+    Broken { reason: String },
+    #[error("part {name} is missing")]
+    Missing { name: &'static str },
+    #[error("part {name} is given twice")]
+    Repeated { name: &'static str },
+    #[error("{name:?} is no part of this form; it takes {expected}")]
+    Unknown { name: String, expected: String },
+    #[error("part {name} is not the JSON expected: {reason}")]
+    NotJson { name: &'static str, reason: String },
+}
+
+impl FormError {
+    pub(super) fn code(&self) -> &'static str {
+        match self {
+            Self::NotMultipart { .. } => "not_multipart",
+            Self::TooLarge { .. } => "body_too_large",
+            Self::TooSlow { .. } => "body_too_slow",
+            Self::Broken { .. } => "body_broken",
+            Self::Missing { .. } => "part_missing",
+            Self::Repeated { .. } => "part_repeated",
+            Self::Unknown { .. } => "part_unknown",
+            Self::NotJson { .. } => "request_not_valid",
+        }
+    }
+
+    pub(super) fn part(&self) -> Option<&str> {
+        match self {
+            Self::Missing { name } | Self::Repeated { name } | Self::NotJson { name, .. } => Some(name),
+            Self::Unknown { name, .. } => Some(name),
+            Self::NotMultipart { .. } | Self::TooLarge { .. } | Self::TooSlow { .. } | Self::Broken { .. } => None,
+        }
+    }
+}
+
+/// The parts of a form, in the order of their names, held until dropped.
+#[derive(Debug)]
+pub(super) struct Form {
+    parts: Vec<(&'static str, Vec<u8>)>,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Form {
+    /// Reads a body that holds `names`, each at most once and nothing else.
+    pub(super) async fn read(
+        state: &ServiceState,
+        multipart: Result<Multipart, MultipartRejection>,
+        names: &'static [&'static str],
+    ) -> Result<Self, ServerError> {
+        let multipart = multipart.map_err(|e| FormError::NotMultipart { reason: e.body_text() })?;
+        let place = state.work.upload()?;
+        let time = state.limits.body_time;
+        let parts = tokio::time::timeout(time, read_parts(multipart, names, state.limits.body_bytes))
+            .await
+            .map_err(|_| FormError::TooSlow { limit_s: time.as_secs_f64() })??;
+        Ok(Self { parts, _place: place })
+    }
+
+    /// Takes a part's bytes out.
+    pub(super) fn take(&mut self, name: &'static str) -> Result<Vec<u8>, FormError> {
+        let part = self.parts.iter_mut().find(|(given, _)| *given == name).ok_or(FormError::Missing { name })?;
+        Ok(std::mem::take(&mut part.1))
+    }
+
+    /// A part as JSON; absent: `{}`.
+    pub(super) fn json<T: DeserializeOwned>(&mut self, name: &'static str) -> Result<T, FormError> {
+        let bytes = match self.take(name) {
+            Err(FormError::Missing { .. }) => b"{}".to_vec(),
+            other => other?,
+        };
+        // Serde would also take a bare list for a struct whose keys all have defaults.
+        if bytes.iter().find(|b| !b.is_ascii_whitespace()) != Some(&b'{') {
+            return Err(FormError::NotJson { name, reason: "expected an object".to_owned() });
+        }
+        serde_json::from_slice(&bytes).map_err(|e| FormError::NotJson { name, reason: e.to_string() })
+    }
+}
+
+async fn read_parts(
+    mut multipart: Multipart,
+    names: &'static [&'static str],
+    limit_bytes: usize,
+) -> Result<Vec<(&'static str, Vec<u8>)>, FormError> {
+    let broken = |e: MultipartError| match e.status() {
+        StatusCode::PAYLOAD_TOO_LARGE => FormError::TooLarge { limit_bytes },
+        _ => FormError::Broken { reason: e.body_text() },
+    };
+    let mut parts: Vec<(&'static str, Vec<u8>)> = Vec::new();
+    while let Some(field) = multipart.next_field().await.map_err(broken)? {
+        let given = field.name().unwrap_or_default();
+        let Some(&name) = names.iter().find(|n| **n == given) else {
+            return Err(FormError::Unknown { name: given.chars().take(64).collect(), expected: names.join(", ") });
+        };
+        if parts.iter().any(|(other, _)| *other == name) {
+            return Err(FormError::Repeated { name });
+        }
+        parts.push((name, field.bytes().await.map_err(broken)?.into()));
+    }
+    Ok(parts)
+}

@@ -1,0 +1,50 @@
+//! For those who run the service: `/healthz`, `/readyz`, `/metrics`.
+
+use super::error::ServerError;
+use super::problem::Problem;
+use super::state::ServiceState;
+use super::work::Load;
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::IntoResponse;
+
+/// Whether the process lives.
+#[utoipa::path(get, path = "/healthz", tag = "operations", responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
+pub(super) async fn healthz() -> &'static str {
+    "ok\n"
+}
+
+/// Whether the store answers.
+#[utoipa::path(
+    get, path = "/readyz", tag = "operations",
+    responses(
+        (status = 200, description = "The store answers", body = String, content_type = "text/plain"),
+        (status = "5XX", description = "It does not", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<&'static str, ServerError> {
+    let store = state.store.clone();
+    state
+        .work
+        .run(Load::Question, move || -> Result<(), ServerError> {
+            for layer in store.layers().iter().filter(|l| l.complete) {
+                store.footprints_in(layer, layer.min_zoom, &peephole())?;
+            }
+            Ok(())
+        })
+        .await??;
+    Ok("ready\n")
+}
+
+/// A window on the map that costs nothing to look through: one micrometre in the middle of the world.
+fn peephole() -> crate::tile::MercatorBounds {
+    crate::tile::MercatorBounds { min_x_m: 0.0, min_y_m: 0.0, max_x_m: 1e-6, max_y_m: 1e-6 }
+}
+
+/// Prometheus's exposition text.
+#[utoipa::path(get, path = "/metrics", tag = "operations", responses((status = 200, description = "Metrics", body = String, content_type = "text/plain")))]
+pub(super) async fn metrics(State(state): State<ServiceState>) -> impl IntoResponse {
+    let layers = state.store.layers();
+    let text = state.metrics.render(layers.len(), layers.iter().map(|l| l.tiles).sum());
+    ([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text)
+}

@@ -1,0 +1,83 @@
+//! `Problem`: a failure as RFC 9457 spells it.
+
+use super::error::ServerError;
+use axum::Json;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, RETRY_AFTER};
+use axum::http::{HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// The media type of problem documents.
+pub(super) const PROBLEM_JSON: &str = "application/problem+json";
+
+/// A problem document (RFC 9457). Programs go by `code`, people by `detail`.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Problem {
+    /// Always `about:blank`: the status says the kind, `code` the problem.
+    #[schema(example = "about:blank")]
+    pub r#type: &'static str,
+    /// The status's own phrase.
+    #[schema(example = "Bad Request")]
+    pub title: &'static str,
+    /// The HTTP status.
+    #[schema(example = 400)]
+    pub status: u16,
+    /// A stable word for this problem.
+    #[schema(example = "parameter_out_of_range")]
+    pub code: &'static str,
+    /// What happened and what to do.
+    #[schema(example = "drift_m = -1: expected metres, at least 0 and finite")]
+    pub detail: String,
+    /// The query parameter, JSON key or form part at fault, where it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "drift_m")]
+    pub parameter: Option<String>,
+}
+
+impl Problem {
+    /// The document for a status, with the phrase that belongs to it.
+    pub(super) fn new(status: StatusCode, code: &'static str, detail: String, parameter: Option<String>) -> Self {
+        let title = status.canonical_reason().unwrap_or("Error");
+        Self { r#type: "about:blank", title, status: status.as_u16(), code, detail, parameter }
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).expect("made from a status");
+        let mut response = (status, Json(self)).into_response();
+        let headers = response.headers_mut();
+        headers.insert(CONTENT_TYPE, HeaderValue::from_static(PROBLEM_JSON));
+        headers.insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        if status == StatusCode::SERVICE_UNAVAILABLE {
+            headers.insert(RETRY_AFTER, HeaderValue::from_static("1"));
+        }
+        response
+    }
+}
+
+impl IntoResponse for ServerError {
+    fn into_response(self) -> Response {
+        let status = self.status();
+        if status == StatusCode::INTERNAL_SERVER_ERROR {
+            // The cause is logged here and nowhere else; paths and system messages stay in the log.
+            tracing::error!(code = self.code(), "{self}");
+            let detail = "the service failed; its log says why".to_owned();
+            return Problem::new(status, self.code(), detail, None).into_response();
+        }
+        let detail = match &self {
+            ServerError::Store(error)
+            | ServerError::Candidates(crate::locate::candidates::CandidatesError::Store(error))
+            | ServerError::Locate(crate::locate::LocateError::Store(error)) => without_path(error),
+            other => other.to_string(),
+        };
+        Problem::new(status, self.code(), detail, self.parameter()).into_response()
+    }
+}
+
+/// A store's message without the server's own path, which is no caller's business.
+fn without_path(error: &crate::store::StoreError) -> String {
+    let text = error.to_string();
+    text.split_once(": ").map_or(text.clone(), |(_, rest)| rest.to_owned())
+}

@@ -1,0 +1,81 @@
+//! `router`: which path leads where, and what surrounds every handler.
+
+use super::error::ServerError;
+use super::metrics::observe;
+use super::problem::{PROBLEM_JSON, Problem};
+use super::state::{Service, ServiceState};
+use super::{candidates, catalogue, fixes, motions, operations, page, tiles};
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::header::CONTENT_TYPE;
+use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Json, Router};
+use tower_http::catch_panic::CatchPanicLayer;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "overfly",
+        description = "Which tiles to search, and where a camera frame was taken: a tile database for flying without GPS. \
+            Degrees, metres and seconds by the suffix of each name; positions are WGS84.",
+        license(name = "MIT OR Apache-2.0")
+    ),
+    tags(
+        (name = "search", description = "Which tiles to search"),
+        (name = "registration", description = "Fixes and motions"),
+        (name = "store", description = "What the store holds"),
+        (name = "tiles", description = "Imagery and descriptors"),
+        (name = "operations", description = "For those who run the service")
+    )
+)]
+struct Api;
+
+/// The service's routes. Onboard has no route that writes; this far, preflight has none either.
+pub fn router(state: ServiceState) -> Router {
+    let routes = OpenApiRouter::with_openapi(Api::openapi())
+        .routes(routes!(candidates::get))
+        .routes(routes!(fixes::post))
+        .routes(routes!(motions::post))
+        .routes(routes!(catalogue::store))
+        .routes(routes!(catalogue::layers))
+        .routes(routes!(catalogue::coverage_get))
+        .routes(routes!(tiles::image))
+        .routes(routes!(tiles::tilejson))
+        .routes(routes!(tiles::descriptors))
+        .routes(routes!(operations::healthz))
+        .routes(routes!(operations::readyz))
+        .routes(routes!(operations::metrics));
+    let routes = match state.service {
+        Service::Preflight | Service::Onboard => routes,
+    };
+    let (router, api) = routes.split_for_parts();
+    let limits = state.limits;
+    let metrics = state.metrics.clone();
+    router
+        .route("/openapi.json", get(move || async move { Json(api) }))
+        .route("/", get(page::index))
+        .route("/page/{file}", get(page::part))
+        .fallback(|| async { ServerError::NoRoute })
+        .method_not_allowed_fallback(|| async { ServerError::Method })
+        .with_state(state)
+        .layer(DefaultBodyLimit::max(limits.body_bytes))
+        .layer(CatchPanicLayer::custom(|_| ServerError::Panicked.into_response()))
+        .layer(from_fn(problems_only))
+        .layer(from_fn_with_state(metrics, observe))
+}
+
+/// Turns an error that a layer or extractor answered as plain text into a problem document.
+async fn problems_only(request: Request, next: Next) -> Response {
+    let response = next.run(request).await;
+    let status = response.status();
+    let is_problem = response.headers().get(CONTENT_TYPE).is_some_and(|t| t == PROBLEM_JSON);
+    if is_problem || !(status.is_client_error() || status.is_server_error()) {
+        return response;
+    }
+    let detail = status.canonical_reason().unwrap_or("the request cannot be answered").to_lowercase();
+    Problem::new(status, "request_refused", detail, None).into_response()
+}

@@ -1,0 +1,81 @@
+//! `ServiceState`: what every handler shares.
+
+use super::metrics::Metrics;
+use super::work::Work;
+use crate::locate::candidates::Residents;
+use crate::store::Reader;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Where the service runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Service {
+    /// On the ground.
+    Preflight,
+    /// On the aircraft: no route that writes exists.
+    Onboard,
+}
+
+/// Bounds on what one request may cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest request body, bytes.
+    pub body_bytes: usize,
+    /// Longest wait for a request's body.
+    pub body_time: Duration,
+    /// Longest wait for an answer.
+    pub answer_time: Duration,
+    /// Longest edge of an uploaded image, pixels.
+    pub image_edge_px: u32,
+    /// Most pixels of an uploaded image.
+    pub image_px: u64,
+    /// Uploads read at once.
+    pub uploads: usize,
+    /// Images decoded and registered at once; each takes about 10 bytes a pixel.
+    pub registrations: usize,
+    /// Other questions answered at once.
+    pub questions: usize,
+    /// Threads of one registration.
+    pub threads: usize,
+    /// Memory for indexes of footprints, bytes; what does not fit is answered from the file.
+    pub index_bytes: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        Self {
+            body_bytes: 48 << 20,
+            body_time: Duration::from_secs(30),
+            answer_time: Duration::from_secs(60),
+            image_edge_px: 20_000,
+            image_px: 64_000_000,
+            uploads: 8,
+            registrations: 2,
+            questions: 4 * cores,
+            threads: cores,
+            index_bytes: 256 << 20,
+        }
+    }
+}
+
+/// A store opened for reading, and the bounds under which it is asked. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct ServiceState {
+    pub(super) store: Arc<Reader>,
+    pub(super) residents: Arc<Residents>,
+    pub(super) service: Service,
+    pub(super) limits: Limits,
+    pub(super) work: Work,
+    pub(super) metrics: Metrics,
+}
+
+impl ServiceState {
+    /// The state of a service over `store`.
+    pub fn new(store: Reader, service: Service, limits: Limits) -> Self {
+        let (work, metrics) = (Work::new(&limits), Metrics::new());
+        let residents = Arc::new(Residents::new(limits.index_bytes));
+        Self { store: Arc::new(store), residents, service, limits, work, metrics }
+    }
+}

@@ -1,0 +1,209 @@
+//! `GET /v1/tiles/...`: imagery, descriptors and TileJSON.
+
+use super::error::ServerError;
+use super::problem::Problem;
+use super::query::NoQuery;
+use super::state::ServiceState;
+use super::work::Load;
+use crate::store::Layer;
+use crate::tile::{TILE_SIZE_PX, TileId};
+use axum::Json;
+use axum::extract::rejection::PathRejection;
+use axum::extract::{Path, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST, IF_NONE_MATCH};
+use axum::http::{HeaderMap, HeaderName, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// A tile may change when the store is built anew under the same address: caches ask again after a minute.
+const CACHE: &str = "public, max-age=60, must-revalidate";
+/// Says how to read a descriptor blob.
+const CONTRACT_HEADER: HeaderName = HeaderName::from_static("overfly-descriptor-contract");
+
+type TilePath = Result<Path<(String, String, String, String)>, PathRejection>;
+
+fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
+    let Path((layer, z, x, y)) = path.map_err(|e| ServerError::Path(e.body_text()))?;
+    let whole = |what, text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        text.parse::<u32>()
+            .ok()
+            .filter(|_| digits)
+            .ok_or_else(|| ServerError::TileIndex { what, found: text.chars().take(64).collect() })
+    };
+    let (z, x, y) = (whole("z", &z)?, whole("x", &x)?, whole("y", &y)?);
+    let zoom = u8::try_from(z).map_err(|_| ServerError::TileName(crate::tile::TileError::Zoom { zoom: z }))?;
+    Ok((layer, TileId::new(zoom, x, y).map_err(ServerError::TileName)?))
+}
+
+/// A tile's imagery as stored.
+#[utoipa::path(
+    get, path = "/v1/tiles/{layer}/{z}/{x}/{y}", tag = "tiles",
+    params(
+        ("layer" = String, Path, description = "Layer"),
+        ("z" = u8, Path, description = "Zoom (tiles of 512 px on the Web Mercator quad)"),
+        ("x" = u32, Path, description = "Column from the antimeridian"),
+        ("y" = u32, Path, description = "Row, 0 north"),
+        ("if-none-match" = Option<String>, Header, description = "An ETag seen before: 304 where it still holds"),
+    ),
+    responses(
+        (status = 200, description = "The image; its ETag is the BLAKE3 of the tile's content", content(("image/jpeg"), ("image/png"), ("image/webp"))),
+        (status = 304, description = "Unchanged"),
+        (status = "4XX", description = "Not a tile, or not in this layer", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn image(
+    State(state): State<ServiceState>,
+    path: TilePath,
+    headers: HeaderMap,
+    _: NoQuery,
+) -> Result<Response, ServerError> {
+    let (layer, tile) = name(path)?;
+    let (z, x, y) = (tile.zoom(), tile.column(), tile.row());
+    let store = state.store.clone();
+    let found = state
+        .work
+        .run(Load::Question, move || {
+            let encoded = store.encoded_tile(store.layer(&layer)?, tile)?;
+            encoded.ok_or(ServerError::NoTile { layer, z, x, y })
+        })
+        .await??;
+    let tag = etag(&crate::store::hex(&found.content_hash));
+    if unchanged(&headers, &tag) {
+        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag), (CACHE_CONTROL, CACHE.into())]).into_response());
+    }
+    let headers = [(CONTENT_TYPE, found.media_type.to_owned()), (ETAG, tag), (CACHE_CONTROL, CACHE.into())];
+    Ok((headers, found.bytes).into_response())
+}
+
+/// A tile's keypoint descriptors: the blob that migrations/README.md draws.
+#[utoipa::path(
+    get, path = "/v1/tiles/{layer}/{z}/{x}/{y}/descriptors", tag = "tiles",
+    params(
+        ("layer" = String, Path, description = "Layer"),
+        ("z" = u8, Path, description = "Zoom"),
+        ("x" = u32, Path, description = "Column"),
+        ("y" = u32, Path, description = "Row, 0 north"),
+        ("if-none-match" = Option<String>, Header, description = "An ETag seen before: 304 where it still holds"),
+    ),
+    responses(
+        (status = 200, description = "The blob; header `overfly-descriptor-contract` says how it was made", body = Vec<u8>, content_type = "application/octet-stream"),
+        (status = 304, description = "Unchanged"),
+        (status = "4XX", description = "Not a tile, or without descriptors", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn descriptors(
+    State(state): State<ServiceState>,
+    path: TilePath,
+    headers: HeaderMap,
+    _: NoQuery,
+) -> Result<Response, ServerError> {
+    let (layer, tile) = name(path)?;
+    let (z, x, y) = (tile.zoom(), tile.column(), tile.row());
+    let store = state.store.clone();
+    let blob = state
+        .work
+        .run(Load::Question, move || -> Result<Vec<u8>, ServerError> {
+            let known = store.layer(&layer)?;
+            if let Some(blob) = store.descriptors(known, tile)? {
+                return Ok(blob);
+            }
+            match store.footprint(known, tile)? {
+                Some(_) => Err(ServerError::NoDescriptors { layer, z, x, y }),
+                None => Err(ServerError::NoTile { layer, z, x, y }),
+            }
+        })
+        .await??;
+    let tag = etag(&blake3::hash(&blob).to_hex());
+    let contract = state.store.descriptor_contract().to_owned();
+    let kept = [(ETAG, tag.clone()), (CACHE_CONTROL, CACHE.into()), (CONTRACT_HEADER, contract)];
+    if unchanged(&headers, &tag) {
+        return Ok((StatusCode::NOT_MODIFIED, kept).into_response());
+    }
+    Ok((kept, [(CONTENT_TYPE, "application/octet-stream")], blob).into_response())
+}
+
+/// A layer as TileJSON 3.0.0 describes it, with `tileSize` as MapLibre reads it.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub(super) struct TileJson {
+    /// "3.0.0".
+    tilejson: &'static str,
+    /// The layer.
+    name: String,
+    /// Address of a tile, absolute where the request says under which name the service is reached.
+    tiles: Vec<String>,
+    /// "xyz".
+    scheme: &'static str,
+    /// Coarsest level.
+    minzoom: u8,
+    /// Finest level.
+    maxzoom: u8,
+    /// West, south, east, north, degrees.
+    bounds: [f64; 4],
+    /// Longitude, latitude, zoom to start at.
+    center: [f64; 3],
+    /// 512.
+    #[serde(rename = "tileSize")]
+    tile_size: u32,
+}
+
+/// How map viewers find a layer's tiles.
+#[utoipa::path(
+    get, path = "/v1/tiles/{layer}/tilejson.json", tag = "tiles",
+    params(("layer" = String, Path, description = "Layer")),
+    responses(
+        (status = 200, description = "TileJSON", body = TileJson),
+        (status = 404, description = "No such layer", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn tilejson(
+    State(state): State<ServiceState>,
+    path: Result<Path<String>, PathRejection>,
+    headers: HeaderMap,
+    _: NoQuery,
+) -> Result<Json<TileJson>, ServerError> {
+    let Path(layer) = path.map_err(|e| ServerError::Path(e.body_text()))?;
+    Ok(Json(describe(state.store.layer(&layer)?, &origin(&headers))))
+}
+
+fn describe(layer: &Layer, origin: &str) -> TileJson {
+    let [west, south, east, north] = layer.bounds_deg;
+    // Across the antimeridian west exceeds east; viewers read bounds as an interval.
+    let east = if west > east { east + 360.0 } else { east };
+    let middle = (west + east) / 2.0;
+    TileJson {
+        tilejson: "3.0.0",
+        name: layer.name.clone(),
+        tiles: vec![format!("{origin}/v1/tiles/{}/{{z}}/{{x}}/{{y}}", layer.name)],
+        scheme: "xyz",
+        minzoom: layer.min_zoom,
+        maxzoom: layer.base_zoom,
+        bounds: [west, south, east, north],
+        center: [
+            if middle > 180.0 { middle - 360.0 } else { middle },
+            (south + north) / 2.0,
+            f64::from(layer.min_zoom),
+        ],
+        tile_size: TILE_SIZE_PX,
+    }
+}
+
+/// Under which address the caller reaches the service; empty (so that addresses are relative) where that is unclear.
+fn origin(headers: &HeaderMap) -> String {
+    let plain = |c: u8| c.is_ascii_alphanumeric() || b".-:[]".contains(&c);
+    match headers.get(HOST).and_then(|host| host.to_str().ok()) {
+        Some(host) if !host.is_empty() && host.bytes().all(plain) => format!("http://{host}"),
+        _ => String::new(),
+    }
+}
+
+fn etag(hash: &str) -> String {
+    format!("\"{hash}\"")
+}
+
+/// Whether `If-None-Match` holds the tag (weak comparison, RFC 9110 section 13.1.2).
+fn unchanged(headers: &HeaderMap, tag: &str) -> bool {
+    let given = headers.get_all(IF_NONE_MATCH).iter().filter_map(|v| v.to_str().ok());
+    given.flat_map(|v| v.split(',')).map(str::trim).any(|v| v == "*" || v.strip_prefix("W/").unwrap_or(v) == tag)
+}
