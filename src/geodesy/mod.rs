@@ -8,6 +8,7 @@ mod enu;
 mod geodesic;
 mod geodetic;
 mod mercator;
+mod sphere;
 mod wgs84;
 
 pub use crs::{Crs, CrsError, DatumShift, Definition, Ellipsoid, Method};
@@ -15,6 +16,7 @@ pub use enu::{Enu, LocalFrame};
 pub use geodesic::{Geodesic, destination, geodesic_between};
 pub use geodetic::Geodetic;
 pub use mercator::{GroundScale, MAX_LATITUDE_DEG, MercatorPoint, WORLD_M, ground_scale};
+pub use sphere::{Pose, SPHERE_RADIUS_M, Sphere, Step, geocentric_from_image};
 pub use wgs84::{ECCENTRICITY_SQUARED, FLATTENING, SEMI_MAJOR_M, SEMI_MINOR_M, meridian_radius_m, normal_radius_m};
 
 /// Why a position cannot be stated.
@@ -48,4 +50,16 @@ pub enum GeodesyError {
         /// North component, metres.
         north_m: f64,
     },
+}
+
+impl GeodesyError {
+    /// A stable word for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Latitude { .. } => "latitude",
+            Self::Longitude { .. } => "longitude",
+            Self::BeyondMercator { .. } => "beyond_mercator",
+            Self::OffLocalFrame { .. } => "off_local_frame",
+        }
+    }
 }

@@ -4,4 +4,5 @@ mod candidates;
 mod http;
 mod onboard;
 mod orthophotos;
+mod reference;
 mod store;

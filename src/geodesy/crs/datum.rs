@@ -59,9 +59,9 @@ impl DatumShift {
     /// A shift that a file states itself: dx, dy, dz in metres, rx, ry, rz in arc seconds, scale in parts per million.
     pub fn stated(to_wgs84: [f64; 7]) -> Self {
         let error_m = if to_wgs84[3..].iter().any(|v| *v != 0.0) {
-            OTHER_SEVEN_PARAMETER_ERROR_M
+            STATED_SEVEN_PARAMETER_ERROR_M
         } else {
-            OTHER_THREE_PARAMETER_ERROR_M
+            STATED_THREE_PARAMETER_ERROR_M
         };
         Self::Helmert { to_wgs84, error_m }
     }
@@ -120,7 +120,6 @@ pub(super) const DATUMS: &[DatumRow] = &[
     DatumRow { code: 6300, error_m: 1.0 }, // TM65, Geodetic Datum of 1965: Helmert, EPSG:1641, 1 m
     DatumRow { code: 6299, error_m: 1.0 }, // TM65: Helmert, EPSG:1641, 1 m
     DatumRow { code: 6313, error_m: 1.0 }, // Belge 1972: Helmert, EPSG:1609, 1 m
-    DatumRow { code: 6312, error_m: 3.5 }, // MGI: Helmert, EPSG:1618, 1.5 m in Austria; wider elsewhere
     DatumRow { code: 6272, error_m: 4.0 }, // NZGD49: Helmert, EPSG:1564, 4 m
     DatumRow { code: 6230, error_m: 10.0 }, // ED50: mean shift, EPSG:1133, 10 m
 ];
@@ -128,10 +127,10 @@ pub(super) const DATUMS: &[DatumRow] = &[
 /// Any datum on GRS80 or WGS84 that [`DATUMS`] does not name: modern geocentric frames differ by plate motion since
 /// their epoch, at most 7 cm a year over some 40 years.
 pub(super) const OTHER_MODERN_ERROR_M: f64 = 3.0;
-/// A datum with seven published parameters that [`DATUMS`] does not name; EPSG states 1 to 10 m for such.
-pub(super) const OTHER_SEVEN_PARAMETER_ERROR_M: f64 = 5.0;
-/// A datum with three published parameters that [`DATUMS`] does not name; EPSG states 5 to 44 m for such.
-pub(super) const OTHER_THREE_PARAMETER_ERROR_M: f64 = 15.0;
+/// Seven parameters that a file states itself; EPSG states 1 to 10 m for such.
+const STATED_SEVEN_PARAMETER_ERROR_M: f64 = 5.0;
+/// Three parameters that a file states itself; EPSG states 5 to 44 m for such.
+const STATED_THREE_PARAMETER_ERROR_M: f64 = 15.0;
 
 /// The stated error of a datum by its EPSG code.
 pub(super) fn error_of_datum(code: u32) -> Option<f64> {
