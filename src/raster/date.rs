@@ -1,11 +1,11 @@
 //! Acquisition dates, as files state them.
 
+use super::gdal_metadata::{items, xml_of};
 use tiff_reader::{Ifd, TagValue, TiffFile};
 
 const TAG_DATE_TIME: u16 = 306;
 const TAG_EXIF: u16 = 34665;
 const TAG_DATE_TIME_ORIGINAL: u16 = 36867;
-const TAG_GDAL_METADATA: u16 = 42112;
 const GDAL_METADATA: &[&str] = &[
     "ACQUISITION_DATE",
     "ACQUISITIONDATE",
@@ -17,7 +17,7 @@ const GDAL_METADATA: &[&str] = &[
 
 /// A TIFF's: GDAL's metadata item, EXIF's original time, the DateTime tag, in this order.
 pub(super) fn of_tiff(file: &TiffFile, image: &Ifd) -> Option<String> {
-    let gdal = text_of(image, TAG_GDAL_METADATA).and_then(|xml| of_gdal_metadata(&xml));
+    let gdal = of_gdal_metadata(xml_of(image));
     let exif = || {
         let offset = image.tag(TAG_EXIF)?.value.as_u64()?;
         text_of(&file.read_ifd_at_offset(offset).ok()?, TAG_DATE_TIME_ORIGINAL).and_then(|t| iso_date(&t))
@@ -31,14 +31,9 @@ pub(super) fn of_exif(bytes: Vec<u8>) -> Option<String> {
     of_tiff(&file, file.ifds().first()?)
 }
 
-/// `<Item name="ACQUISITION_DATE">2018-07-16</Item>`.
 fn of_gdal_metadata(xml: &str) -> Option<String> {
     GDAL_METADATA.iter().find_map(|name| {
-        xml.split("<Item ").find_map(|item| {
-            let (attributes, rest) = item.split_once('>')?;
-            let found = attributes.split('"').nth(1)?;
-            found.eq_ignore_ascii_case(name).then(|| iso_date(rest.split('<').next()?)).flatten()
-        })
+        items(xml).filter(|item| item.name.eq_ignore_ascii_case(name)).find_map(|item| iso_date(item.text))
     })
 }
 

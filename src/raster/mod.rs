@@ -8,6 +8,7 @@ mod date;
 mod error;
 mod find;
 mod frame;
+mod gdal_metadata;
 mod georeference;
 mod mapping;
 mod orthophoto;

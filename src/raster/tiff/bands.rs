@@ -1,6 +1,7 @@
 //! `Bands`: how a TIFF's samples become colours and validity.
 
 use super::super::block::Block;
+use super::super::gdal_metadata::{items, xml_of};
 use super::super::{OpenOptions, RasterError};
 use std::path::Path;
 use tiff_reader::{ExtraSample, Ifd, PhotometricInterpretation, TagValue};
@@ -94,10 +95,7 @@ impl Bands {
         let decoded = photometric == Some(PhotometricInterpretation::YCbCr) && image.compression() != 7;
         let extra = image.extra_samples().map_err(damaged)?;
         let opaque = if layout.sample_format == 1 { ((1u64 << bits) - 1) as f64 } else { 1.0 };
-        let alpha = extra
-            .iter()
-            .position(|e| matches!(e, ExtraSample::AssociatedAlpha | ExtraSample::UnassociatedAlpha))
-            .and_then(|i| Some((samples.checked_sub(extra.len())? + i, opaque)));
+        let alpha = alpha_sample(image, samples, &extra).map(|i| (i, opaque));
         Ok(Self { shown, kind, samples, alpha, no_data: no_data(image), stretch, decoded })
     }
 
@@ -204,6 +202,21 @@ impl Kind {
         };
         format!("{bits}-bit {sort}")
     }
+}
+
+/// The sample that is alpha. The TIFF tag says so, unless GDAL's metadata say otherwise: files of four bands are often
+/// written with a near-infrared band that the tag calls alpha and GDAL calls undefined.
+fn alpha_sample(image: &Ifd, samples: usize, extra: &[ExtraSample]) -> Option<usize> {
+    let first_extra = samples.checked_sub(extra.len())?;
+    let by_gdal = |sample: usize| {
+        let said = items(xml_of(image)).find(|item| item.name == "COLORINTERP" && item.sample == Some(sample))?;
+        Some(said.text.eq_ignore_ascii_case("alpha"))
+    };
+    let by_tag = |sample: usize| {
+        let kind = sample.checked_sub(first_extra).and_then(|i| extra.get(i));
+        matches!(kind, Some(ExtraSample::AssociatedAlpha | ExtraSample::UnassociatedAlpha))
+    };
+    (1..samples).find(|sample| by_gdal(*sample).unwrap_or_else(|| by_tag(*sample)))
 }
 
 fn without_last(data: &[u8], channels: usize) -> Vec<u8> {

@@ -176,6 +176,11 @@ pub(super) fn check_layout(path: &Path, file: &TiffFile, ifd: &Ifd) -> Result<()
     Ok(())
 }
 
+/// Whether any block was never written.
+pub(super) fn has_sparse_blocks(ifd: &Ifd) -> bool {
+    blocks_of(ifd).is_some_and(|b| b.offsets.contains(&0) || b.byte_counts.contains(&0))
+}
+
 /// Whether none of the blocks under a rectangle was ever written.
 pub(super) fn is_sparse(ifd: &Ifd, x: u64, y: u64, width: u64, height: u64) -> bool {
     let at = |codes: [u16; 2], index: u64| {

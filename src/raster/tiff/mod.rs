@@ -128,7 +128,9 @@ fn open_file(path: &Path) -> Result<TiffFile, RasterError> {
 /// The blocks that a directory is read by: whole tiles, several where they are small; whole strips, several together.
 fn level_of(image: &Ifd) -> Level {
     let (width_px, height_px) = (u64::from(image.width()), u64::from(image.height()));
-    let gathered = |edge: u64| edge * (MIN_BLOCK_PX / edge).max(1);
+    // Tiles that were never written are missing one by one.
+    let together = if layout::has_sparse_blocks(image) { 1 } else { MIN_BLOCK_PX };
+    let gathered = |edge: u64| edge * (together / edge).max(1);
     let (block_width_px, block_height_px) = match (image.tile_width(), image.tile_height()) {
         (Some(w), Some(h)) if image.is_tiled() => (gathered(u64::from(w)), gathered(u64::from(h))),
         _ => {
