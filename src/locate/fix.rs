@@ -2,17 +2,18 @@
 
 use super::answer::{Answer, Fix, NoFix, Point, Reason};
 use super::area::{SearchArea, extent_m};
-use super::coarse_search::{self, CoarseResult, Peak};
+use super::coarse_search::{self, CoarseResult};
 use super::hypotheses::hypotheses;
 use super::levels::Levels;
 use super::map::Map;
 use super::pose::Frame;
-use super::refine::{Refined, refine};
+use super::refine::{Refined, refine, standing_of};
 use super::request::{FixRequest, LocateError, PositionPrior};
 use crate::camera::Camera;
 use crate::coupling::nominal_count_sequential;
 use crate::geodesy::{Enu, Geodetic, LocalFrame};
 use crate::pixels::Gray;
+use crate::registration::evidence;
 use crate::store::{Footprint, Layer, Reader};
 use crate::tile::{TileId, WorldPixel, gsd_at};
 use std::f64::consts::{PI, TAU};
@@ -26,8 +27,10 @@ const LOOKED_AT: usize = 5;
 const MOST_LOG10_FALSE_ALARMS: f64 = -6.0;
 /// A second place with this much evidence makes the first ambiguous.
 const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
-/// A coarse peak below this many standard deviations is looked at, but is never a fix.
-const LEAST_SCORE: f64 = 4.0;
+/// Of the places looked at closely, those whose whole view is weighed.
+const WEIGHED: usize = 2;
+/// Fewer agreeing windows than this are no fix, whatever else speaks for it.
+const LEAST_INLIERS: usize = 4;
 /// What can be promised of an accepted fix until it is calibrated on negatives.
 const LEAST_FALSE_FIX_PROBABILITY: f64 = 1e-4;
 
@@ -104,43 +107,57 @@ impl Search<'_> {
             return Ok(self.no_fix(Reason::TooLittleStructure, detail));
         };
         self.score = Some(coarse.score(first.statistic));
-        let mut map = Map::new(self.store, self.layer);
-        let mut looked: Vec<(Peak, Refined)> = Vec::new();
-        for peak in coarse.peaks.iter().take(LOOKED_AT) {
-            if let Some(refined) = refine(&mut map, frame, peak.pose, levels.finest, coarse.places)? {
-                let known = looked.iter().any(|(_, r)| same_place(r, &refined));
-                if !known {
-                    looked.push((*peak, refined));
-                }
-            }
-        }
-        looked.sort_by(|a, b| a.1.log10_false_alarms.total_cmp(&b.1.log10_false_alarms));
-        let Some((peak, best)) = looked.first() else {
+        let looked = self.look_closely(frame, levels, coarse)?;
+        let Some(best) = looked.first() else {
             return Ok(self.no_fix(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
         };
-        self.score = Some(coarse.score(peak.statistic));
-        if let Some((reason, detail)) = self.objection(best, looked.get(1).map(|(_, r)| r)) {
+        self.score = Some(best.standing);
+        if let Some((reason, detail)) = self.objection(best, looked.get(1)) {
             return Ok(self.no_fix(reason, detail));
         }
         self.fix(frame, best)
     }
 
+    /// The most likely places with all their evidence, best first.
+    fn look_closely(
+        &self,
+        frame: &Frame<'_>,
+        levels: Levels,
+        coarse: &CoarseResult,
+    ) -> Result<Vec<Candidate>, LocateError> {
+        let mut map = Map::new(self.store, self.layer);
+        let mut found: Vec<Refined> = Vec::new();
+        for peak in coarse.peaks.iter().take(LOOKED_AT) {
+            if let Some(refined) = refine(&mut map, frame, peak.pose, levels.finest, LOOKED_AT as f64)? {
+                if !found.iter().any(|other| same_place(other, &refined)) {
+                    found.push(refined);
+                }
+            }
+        }
+        found.sort_by(|a, b| a.log10_accidents.total_cmp(&b.log10_accidents));
+        let mut candidates = Vec::new();
+        for refined in found.into_iter().take(WEIGHED) {
+            let standing = standing_of(&mut map, frame, &refined)?;
+            let by_chance = evidence::log10_peak_by_chance(standing, coarse.places);
+            let log10_false_alarms = by_chance + refined.log10_accidents;
+            candidates.push(Candidate { refined, standing, log10_false_alarms });
+        }
+        candidates.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
+        Ok(candidates)
+    }
+
     /// Why the best place is not a fix.
-    fn objection(&self, best: &Refined, second: Option<&Refined>) -> Option<(Reason, String)> {
-        let score = self.score.unwrap_or(0.0);
-        if best.log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
+    fn objection(&self, best: &Candidate, second: Option<&Candidate>) -> Option<(Reason, String)> {
+        let too_few = best.refined.fit.inliers.len() < LEAST_INLIERS;
+        if too_few || best.log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
             let detail = format!(
-                "{} of {} windows agree; expected accidents 10^{:.1}, at most 10^{MOST_LOG10_FALSE_ALARMS} are accepted",
-                best.fit.inliers.len(),
-                best.windows,
+                "{} of {} windows agree, the view stands {:.1} standard deviations high; expected accidents 10^{:.1}, at most 10^{MOST_LOG10_FALSE_ALARMS} and {LEAST_INLIERS} windows are accepted",
+                best.refined.fit.inliers.len(),
+                best.refined.windows,
+                best.standing,
                 best.log10_false_alarms
             );
             return Some((Reason::TooFewAgreeingWindows, detail));
-        }
-        if score < LEAST_SCORE {
-            let detail =
-                format!("the peak stands {score:.1} standard deviations above the surface, {LEAST_SCORE} needed");
-            return Some((Reason::Ambiguous, detail));
         }
         if let Some(second) = second.filter(|s| s.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS) {
             let detail = format!(
@@ -149,7 +166,7 @@ impl Search<'_> {
             );
             return Some((Reason::Ambiguous, detail));
         }
-        self.inconsistency(best)
+        self.inconsistency(&best.refined)
     }
 
     fn inconsistency(&self, best: &Refined) -> Option<(Reason, String)> {
@@ -168,7 +185,8 @@ impl Search<'_> {
         })
     }
 
-    fn fix(&self, frame: &Frame<'_>, best: &Refined) -> Result<Answer, LocateError> {
+    fn fix(&self, frame: &Frame<'_>, candidate: &Candidate) -> Result<Answer, LocateError> {
+        let best = &candidate.refined;
         let pose = best.pose;
         let Ok(nadir) = pose.nadir.to_geodetic(pose.zoom) else {
             return Ok(self.no_fix(Reason::OutsideMap, "the best place is beyond the tile matrix".into()));
@@ -192,7 +210,7 @@ impl Search<'_> {
             scale_sigma_ratio: c[(2, 2)].sqrt(),
             covariance_m2,
             score: self.score.unwrap_or(0.0),
-            false_fix_probability: 10f64.powf(best.log10_false_alarms).clamp(LEAST_FALSE_FIX_PROBABILITY, 1.0),
+            false_fix_probability: 10f64.powf(candidate.log10_false_alarms).clamp(LEAST_FALSE_FIX_PROBABILITY, 1.0),
             image_centre: image_centre(&camera, nadir, pose.heading_rad),
             inliers: best.fit.inliers.len(),
             tiles_searched: self.tiles_searched,
@@ -250,6 +268,16 @@ impl Search<'_> {
         let bounds = area.mercator_bounds(reach_px);
         Ok(self.store.footprints_in(self.layer, self.layer.base_zoom, &bounds)?.len())
     }
+}
+
+/// A place looked at closely, with all its evidence.
+struct Candidate {
+    refined: Refined,
+    /// How high the whole view stands there, standard deviations.
+    standing: f64,
+    /// log10 of the number of accidents to expect in a search of this size: of the whole view's standing and of the
+    /// agreement of the windows, which at a wrong place have little to do with each other.
+    log10_false_alarms: f64,
 }
 
 /// Farthest a frame's corner lies from its nadir or from its middle, coarse pixels.

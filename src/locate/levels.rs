@@ -20,6 +20,9 @@ const COARSE_EDGE_PX: f64 = 46.0;
 /// At the finest level a frame's edge need not have more pixels than this.
 const FINEST_EDGE_PX: f64 = 400.0;
 
+/// Levels that may be derived on the spot below the store's coarsest, which holds a few tiles at most.
+const MOST_DERIVED: u8 = 4;
+
 impl Levels {
     /// The levels for a camera over a layer near a place.
     pub fn choose(camera: &Camera, layer: &Layer, near: Geodetic) -> Self {
@@ -27,7 +30,7 @@ impl Levels {
         let (w, h) = camera.frame_size_px();
         let edge_m = (f64::from(w) * f64::from(h)).sqrt() * frame_gsd;
         let gsd = |zoom: u8| gsd_at(near, zoom).mean_m_per_px();
-        let zooms = layer.min_zoom..=layer.base_zoom;
+        let zooms = layer.min_zoom.saturating_sub(MOST_DERIVED)..=layer.base_zoom;
         let coarse = zooms.clone().find(|&z| edge_m / gsd(z) >= COARSE_EDGE_PX).unwrap_or(layer.base_zoom);
         // Neither beyond the frame's own sharpness (to half a level) nor beyond what measuring needs.
         let finest = zooms

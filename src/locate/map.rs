@@ -72,13 +72,35 @@ impl<'a> Map<'a> {
             *used = self.clock;
             return Ok(tile.clone());
         }
-        let tile = self.store.tile(self.layer, id)?.map(|t| Arc::new((t.colour.to_gray(), t.mask)));
+        let tile = if zoom < self.layer.min_zoom {
+            self.overview(id)?
+        } else {
+            self.store.tile(self.layer, id)?.map(|t| Arc::new((t.colour.to_gray(), t.mask)))
+        };
         if self.tiles.len() >= TILES_KEPT {
             let oldest = self.tiles.iter().min_by_key(|(_, (used, _))| *used).map(|(id, _)| *id);
             oldest.map(|id| self.tiles.remove(&id));
         }
         self.tiles.insert(id, (self.clock, tile.clone()));
         Ok(tile)
+    }
+}
+
+impl Map<'_> {
+    /// A tile coarser than the store's overviews, from its four children.
+    fn overview(&mut self, id: TileId) -> Result<Option<GrayTile>, StoreError> {
+        let Some(children) = id.children() else { return Ok(None) };
+        let side = TILE_SIZE_PX as usize;
+        let mut joined = (Gray::filled(2 * side, 2 * side, 0.0), Mask::filled(2 * side, 2 * side, false));
+        let mut empty = true;
+        for (i, child) in children.into_iter().enumerate() {
+            if let Some(tile) = self.tile(child.zoom(), i64::from(child.column()), i64::from(child.row()))? {
+                let at = [(i % 2 * side) as i64, (i / 2 * side) as i64];
+                paste(&tile, at, &mut joined.0, &mut joined.1);
+                empty = false;
+            }
+        }
+        Ok((!empty).then(|| Arc::new(joined.0.halved(&joined.1))))
     }
 }
 

@@ -5,6 +5,7 @@ use super::pose::{Frame, Pose, structure_of};
 use crate::feature::Structure;
 use crate::registration::evidence::{self, Agreement};
 use crate::registration::similarity::{self, Fit, FitOptions};
+use crate::registration::standing::{self, standing};
 use crate::registration::windows::{WindowMatch, WindowOptions, match_windows};
 use crate::store::StoreError;
 use crate::tile::{WorldPixel, gsd_at};
@@ -18,8 +19,8 @@ pub struct Refined {
     pub fit: Fit,
     /// Windows that held structure in the last pass.
     pub windows: usize,
-    /// log10 of the number of false alarms.
-    pub log10_false_alarms: f64,
+    /// log10 of the number of accidental agreements to expect among the places looked at.
+    pub log10_accidents: f64,
 }
 
 /// One pass over the windows of one level.
@@ -30,17 +31,17 @@ struct Pass {
     tolerance_px: f64,
 }
 
-/// Search radius where a level is entered: covers the coarse level's step in place, heading and scale.
+/// Search radius at the first level: covers the coarse search's steps in place, heading and scale.
 const ENTRY_RADIUS_PX: usize = 8;
-/// Search radius of the last pass, where only chance would lead far.
-const LAST_RADIUS_PX: usize = 5;
+/// Search radius at the levels below, where the place is known to a pixel or two.
+const FOLLOWING_RADIUS_PX: usize = 4;
+/// Search radius of the last pass, where only chance would lead far: the wider, the more an agreement proves.
+const LAST_RADIUS_PX: usize = 8;
 const ENTRY_TOLERANCE_PX: f64 = 2.0;
 const LAST_TOLERANCE_PX: f64 = 1.25;
 /// Bounds on one pass's growth and turn (radians).
 const MAX_GROWTH: f64 = 0.12;
 const MAX_TURN_RAD: f64 = 0.14;
-/// Passes over the finest level.
-const FINEST_PASSES: usize = 2;
 
 /// Refines `start` down to `finest`. `frame` must be prepared for every level between. `None` where the windows do
 /// not agree on anything.
@@ -58,66 +59,81 @@ pub fn refine(
     let mut refined = None;
     for pass in passes(start.zoom, finest) {
         pose = pose.at_zoom(pass.zoom);
-        let Some(matches) = look(map, frame, &pose, &pass)? else { return Ok(None) };
+        let Some(looked) = look(map, frame, &pose, pass.radius_px)? else { return Ok(None) };
+        let size_px = window_size(frame, looked.gsd_m_per_px / pose.height_ratio);
+        let layout = WindowOptions { size_px, stride_px: size_px, radius_px: pass.radius_px };
+        let windows = match_windows(&looked.view, &looked.ground, [pass.radius_px as isize; 2], &layout);
         let options =
             FitOptions { tolerance_px: pass.tolerance_px, max_growth: MAX_GROWTH, max_turn_rad: MAX_TURN_RAD };
-        let Some(fit) = similarity::fit(&matches.windows, matches.pivot_px, &options) else { return Ok(None) };
+        let Some(fit) = similarity::fit(&windows, looked.pivot_px, &options) else { return Ok(None) };
         if fit.inliers.len() < 3 {
             return Ok(None);
         }
         let p = fit.parameters;
         pose = pose.corrected([p[0], p[1]], p[2], p[3]);
-        refined = Some(assess(pose, fit, &matches.windows, &pass, places));
+        refined = Some(assess(pose, fit, &windows, &pass, places));
     }
     Ok(refined)
+}
+
+/// How high the whole view stands above its surroundings at a refined place, standard deviations.
+///
+/// # Errors
+/// Where the store cannot give a tile.
+pub fn standing_of(map: &mut Map<'_>, frame: &Frame<'_>, refined: &Refined) -> Result<f64, StoreError> {
+    let looked = look(map, frame, &refined.pose, standing::REACH_PX)?;
+    let found = looked.and_then(|l| standing(&l.view, &l.ground, [standing::REACH_PX; 2]));
+    Ok(found.unwrap_or(0.0))
 }
 
 /// Levels from the one below the coarse search to the finest, which is passed over again.
 fn passes(coarse: u8, finest: u8) -> Vec<Pass> {
     let first = (coarse + 1).min(finest);
-    let entry = |zoom| Pass { zoom, radius_px: ENTRY_RADIUS_PX, tolerance_px: ENTRY_TOLERANCE_PX };
-    let last = Pass { zoom: finest, radius_px: LAST_RADIUS_PX, tolerance_px: LAST_TOLERANCE_PX };
-    (first..=finest).map(entry).chain(std::iter::repeat_n(last, FINEST_PASSES)).collect()
+    let entry = move |zoom| {
+        let radius_px = if zoom == first { ENTRY_RADIUS_PX } else { FOLLOWING_RADIUS_PX };
+        Pass { zoom, radius_px, tolerance_px: ENTRY_TOLERANCE_PX }
+    };
+    let last = |radius_px| Pass { zoom: finest, radius_px, tolerance_px: LAST_TOLERANCE_PX };
+    (first..=finest).map(entry).chain([last(FOLLOWING_RADIUS_PX), last(LAST_RADIUS_PX)]).collect()
 }
 
+/// A view through a pose and the map under it.
 struct Looked {
-    windows: Vec<WindowMatch>,
+    view: Structure,
+    ground: Structure,
+    /// The nadir in the view.
     pivot_px: [f64; 2],
+    gsd_m_per_px: f64,
 }
 
-fn look(map: &mut Map<'_>, frame: &Frame<'_>, pose: &Pose, pass: &Pass) -> Result<Option<Looked>, StoreError> {
-    let Ok(place) = pose.nadir.to_geodetic(pass.zoom) else { return Ok(None) };
-    let gsd = gsd_at(place, pass.zoom);
+/// The frame through a pose, and the map that it should lie on with `margin_px` around.
+fn look(map: &mut Map<'_>, frame: &Frame<'_>, pose: &Pose, margin_px: usize) -> Result<Option<Looked>, StoreError> {
+    let Ok(place) = pose.nadir.to_geodetic(pose.zoom) else { return Ok(None) };
+    let gsd = gsd_at(place, pose.zoom);
     let WorldPixel { x_px, y_px } = pose.nadir;
     let fraction = [x_px - x_px.floor(), y_px - y_px.floor()];
-    let Some(view) = frame.view(pass.zoom, gsd, pose.heading_rad, pose.height_ratio, fraction) else {
+    let Some(view) = frame.view(pose.zoom, gsd, pose.heading_rad, pose.height_ratio, fraction) else {
         return Ok(None);
     };
     let pivot_px = view.grid.nadir_px;
-    let radius = pass.radius_px as i64;
     // The view's nadir and the pose's differ by whole pixels.
-    let left = (x_px - pivot_px[0]).round() as i64 - radius;
-    let top = (y_px - pivot_px[1]).round() as i64 - radius;
     let window = PixelWindow {
-        zoom: pass.zoom,
-        left,
-        top,
-        width_px: view.grid.width_px + 2 * pass.radius_px,
-        height_px: view.grid.height_px + 2 * pass.radius_px,
+        zoom: pose.zoom,
+        left: (x_px - pivot_px[0]).round() as i64 - margin_px as i64,
+        top: (y_px - pivot_px[1]).round() as i64 - margin_px as i64,
+        width_px: view.grid.width_px + 2 * margin_px,
+        height_px: view.grid.height_px + 2 * margin_px,
     };
     let (gray, mask) = map.window(&window)?;
-    let (seen, ground) = (structure_of(&view), Structure::of(&gray, &mask));
-    let size_px = window_size(frame, gsd.mean_m_per_px() / pose.height_ratio);
-    let options = WindowOptions { size_px, stride_px: size_px, radius_px: pass.radius_px };
-    let windows = match_windows(&seen, &ground, [radius as isize; 2], &options);
-    Ok(Some(Looked { windows, pivot_px }))
+    let gsd_m_per_px = gsd.mean_m_per_px();
+    Ok(Some(Looked { view: structure_of(&view), ground: Structure::of(&gray, &mask), pivot_px, gsd_m_per_px }))
 }
 
-/// A fifth of the frame's edge, a multiple of 8 from 16 to 48 px.
+/// A sixth of the frame's edge, a multiple of 8 from 16 to 48 px.
 fn window_size(frame: &Frame<'_>, gsd_m_per_px: f64) -> usize {
     let (w, h) = frame.camera().frame_size_px();
     let edge_px = (f64::from(w) * f64::from(h)).sqrt() * frame.camera().gsd_m_per_px() / gsd_m_per_px;
-    ((edge_px / 5.0 / 8.0).round() as usize * 8).clamp(16, 48)
+    ((edge_px / 6.0 / 8.0).round() as usize * 8).clamp(16, 48)
 }
 
 fn assess(pose: Pose, fit: Fit, windows: &[WindowMatch], pass: &Pass, places: f64) -> Refined {
@@ -127,10 +143,5 @@ fn assess(pose: Pose, fit: Fit, windows: &[WindowMatch], pass: &Pass, places: f6
         chance: evidence::chance_of_one(pass.tolerance_px, pass.radius_px),
         places,
     };
-    Refined {
-        pose,
-        windows: windows.len(),
-        log10_false_alarms: evidence::log10_false_alarms(&agreement),
-        fit,
-    }
+    Refined { pose, windows: windows.len(), log10_accidents: evidence::log10_false_alarms(&agreement), fit }
 }

@@ -1,6 +1,6 @@
 //! Area-correct shrinking.
 
-use super::Gray;
+use super::{Gray, Mask};
 use fast_image_resize as fir;
 
 impl Gray {
@@ -22,6 +22,29 @@ impl Gray {
         fir::Resizer::new().resize(&source, &mut target, &options).expect("both images are F32");
         let values = target.buffer().chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect();
         Self::from_values(width_px, height_px, values).expect("the resizer filled every pixel")
+    }
+
+    /// The image at half its size: the mean of the valid among every 2 x 2 pixels; valid where at least two are.
+    pub fn halved(&self, mask: &Mask) -> (Self, Mask) {
+        let (width, height) = (self.width_px() / 2, self.height_px() / 2);
+        let mut half = Self::filled(width, height, 0.0);
+        let mut valid = Mask::filled(width, height, false);
+        for y in 0..height {
+            for x in 0..width {
+                let (mut sum, mut count) = (0.0, 0u8);
+                for (i, j) in [(2 * x, 2 * y), (2 * x + 1, 2 * y), (2 * x, 2 * y + 1), (2 * x + 1, 2 * y + 1)] {
+                    if mask.at(i, j) {
+                        sum += self.at(i, j);
+                        count += 1;
+                    }
+                }
+                if count >= 2 {
+                    half.values_mut()[y * width + x] = sum / f32::from(count);
+                    valid.set(x, y, true);
+                }
+            }
+        }
+        (half, valid)
     }
 }
 

@@ -14,15 +14,27 @@ pub struct Agreement {
     pub agreeing: usize,
     /// Chance that one window agrees by accident.
     pub chance: f64,
-    /// Placements, headings and scales among which the place was chosen.
+    /// Places that were looked at this closely.
     pub places: f64,
 }
+
+/// Peaks of chance are not spread quite evenly: neighbouring windows see the same edges.
+const UNEVENNESS: f64 = 1.5;
 
 /// The chance that a peak anywhere in a square of half edge `radius_px` lies within `tolerance_px` of a given point.
 pub fn chance_of_one(tolerance_px: f64, radius_px: usize) -> f64 {
     let square = ((2 * radius_px + 1) as f64).powi(2);
-    // A peak is found on a whole pixel first: at the tolerance the disc is half a pixel wider.
-    (std::f64::consts::PI * (tolerance_px + 0.5).powi(2) / square).min(1.0)
+    (UNEVENNESS * std::f64::consts::PI * tolerance_px.powi(2) / square).min(1.0)
+}
+
+/// log10 of the expected number of places, of those compared, where a surface of Gaussian noise stands `score`
+/// standard deviations high: the tail's leading term, never above 0.
+pub fn log10_peak_by_chance(score: f64, places: f64) -> f64 {
+    if score < 1.0 {
+        return 0.0;
+    }
+    let log10_tail = -score * score / (2.0 * std::f64::consts::LN_10) - (score * std::f64::consts::TAU.sqrt()).log10();
+    (places.max(1.0).log10() + log10_tail).min(0.0)
 }
 
 /// log10 of the expected number of accidental agreements at least this good in the whole search. Two windows of the
@@ -52,6 +64,13 @@ mod tests {
         assert!(log10_false_alarms(&Agreement { agreeing: 12, ..base }) < nfa);
         let wide = log10_false_alarms(&Agreement { places: 1e7, ..base });
         assert!((wide - nfa - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_peak_is_weighed_by_the_normal_tail() {
+        // Q(6) = 9.866e-10; the leading term is 2.6 % above.
+        assert!((log10_peak_by_chance(6.0, 1e4) - (9.866e-6f64).log10()).abs() < 0.02);
+        assert_eq!(log10_peak_by_chance(3.0, 1e6), 0.0);
     }
 
     #[test]

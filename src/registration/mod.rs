@@ -9,4 +9,5 @@ pub mod evidence;
 mod fourier;
 pub mod relative;
 pub mod similarity;
+pub mod standing;
 pub mod windows;

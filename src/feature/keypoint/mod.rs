@@ -62,7 +62,7 @@ pub fn describe(gray: &Gray, mask: &Mask, limit: usize) -> Keypoints {
             };
             found.push((point, bits));
         }
-        level = halved(&level.0, &level.1);
+        level = level.0.halved(&level.1);
     }
     found.sort_by(|a, b| b.0.response.total_cmp(&a.0.response));
     let (points, descriptors) = found.into_iter().unzip();
@@ -79,22 +79,6 @@ pub fn distinctiveness(keypoints: &Keypoints) -> f64 {
     let nearest = |i: usize| (0..d.len()).filter(|&j| j != i).map(|j| hamming(&d[i], &d[j])).min().unwrap_or(0);
     let total: u32 = (0..d.len()).map(nearest).sum();
     (f64::from(total) / d.len() as f64 / 128.0).min(1.0)
-}
-
-/// Mean of every 2 x 2 pixels; valid where all four are.
-fn halved(gray: &Gray, mask: &Mask) -> (Gray, Mask) {
-    let (width, height) = (gray.width_px() / 2, gray.height_px() / 2);
-    let mut half = Gray::filled(width, height, 0.0);
-    let mut valid = Mask::filled(width, height, false);
-    for y in 0..height {
-        let (a, b) = (gray.row(2 * y), gray.row(2 * y + 1));
-        for x in 0..width {
-            half.values_mut()[y * width + x] = 0.25 * (a[2 * x] + a[2 * x + 1] + b[2 * x] + b[2 * x + 1]);
-            let all = [(0, 0), (1, 0), (0, 1), (1, 1)].iter().all(|&(i, j)| mask.at(2 * x + i, 2 * y + j));
-            valid.set(x, y, all);
-        }
-    }
-    (half, valid)
 }
 
 #[cfg(test)]

@@ -53,8 +53,7 @@ pub fn align(a: &Gray, b: &Gray, start: &Similarity) -> Option<Aligned> {
         return None;
     }
     let inverse = sums.normal.try_inverse()?;
-    let covariance =
-        inverse.fixed_view::<2, 2>(0, 0) * (sums.deviation * sums.deviation * SAMPLES_PER_INDEPENDENT);
+    let covariance = inverse.fixed_view::<2, 2>(0, 0) * (sums.deviation * sums.deviation * SAMPLES_PER_INDEPENDENT);
     Some(Aligned { similarity: state.similarity, covariance })
 }
 
@@ -83,9 +82,8 @@ impl State {
         let n = pairs.len() as f64;
         let mean = |f: fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>() / n;
         let (mean_a, mean_b) = (mean(|p| p.0), mean(|p| p.1));
-        let spread = |m: f64, f: fn(&(f64, f64)) -> f64| {
-            (pairs.iter().map(|p| (f(p) - m).powi(2)).sum::<f64>() / n).sqrt()
-        };
+        let spread =
+            |m: f64, f: fn(&(f64, f64)) -> f64| (pairs.iter().map(|p| (f(p) - m).powi(2)).sum::<f64>() / n).sqrt();
         let (spread_a, spread_b) = (spread(mean_a, |p| p.0), spread(mean_b, |p| p.1));
         if spread_a < 1e-3 {
             return None;
@@ -146,8 +144,7 @@ impl State {
         self.similarity.c += step[2];
         self.similarity.s += step[3];
         let Similarity { c, s, .. } = self.similarity;
-        self.similarity.t =
-            at_centre - Vector2::new(c * centre.x - s * centre.y, s * centre.x + c * centre.y);
+        self.similarity.t = at_centre - Vector2::new(c * centre.x - s * centre.y, s * centre.x + c * centre.y);
         self.gain += step[4];
         self.offset += step[5];
     }

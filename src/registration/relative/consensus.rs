@@ -55,8 +55,7 @@ pub fn estimate(pairs: &[Pair], tolerance_px: f64, scale_bounds: (f64, f64)) -> 
         inliers = agreeing(pairs, &similarity, tolerance_px).collect();
     }
     let (similarity, normal_inverse, middle) = least_squares(pairs, &inliers)?;
-    let squares: f64 =
-        inliers.iter().map(|&i| (pairs[i].0 - similarity.apply(pairs[i].1)).norm_squared()).sum();
+    let squares: f64 = inliers.iter().map(|&i| (pairs[i].0 - similarity.apply(pairs[i].1)).norm_squared()).sum();
     let freedom = (2 * inliers.len()) as f64 - 4.0;
     let variance_px2 = if freedom > 0.0 { squares / freedom } else { f64::INFINITY };
     Some(Consensus { similarity, inliers: inliers.len(), normal_inverse, variance_px2, middle })

@@ -1,0 +1,77 @@
+//! How high a place stands above its surroundings: the whole view at full sharpness, at the place found and at places
+//! around it.
+//!
+//! The statistic is T of [`super::coarse`]. Ground that repeats itself (parallel fields, rows of houses) is as high
+//! elsewhere, which widens the spread and lowers the standing, as it should.
+
+use crate::feature::Structure;
+
+/// How far around the place is compared, pixels. The map must reach this far beyond the view.
+pub const REACH_PX: usize = 30;
+/// Distance between the places compared: farther than structure is correlated with itself.
+const STEP_PX: isize = 10;
+
+/// T where `view` lies at `offset_px` on `map` (the best of that pixel and its eight neighbours), in standard deviations
+/// of T around. `None` where nothing can be compared.
+pub fn standing(view: &Structure, map: &Structure, offset_px: [usize; 2]) -> Option<f64> {
+    let reach = REACH_PX as isize;
+    let spans = spans(view);
+    let at = |dx: isize, dy: isize| {
+        let x = offset_px[0].checked_add_signed(dx)?;
+        let y = offset_px[1].checked_add_signed(dy)?;
+        statistic(view, &spans, map, [x, y])
+    };
+    let near = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
+    let here = near.filter_map(|(dx, dy)| at(dx, dy)).reduce(f64::max)?;
+    let steps = || (-reach / STEP_PX..=reach / STEP_PX).map(|i| i * STEP_PX);
+    let around: Vec<f64> = steps()
+        .flat_map(|dy| steps().map(move |dx| (dx, dy)))
+        .filter(|&(dx, dy)| dx.abs().max(dy.abs()) >= STEP_PX)
+        .filter_map(|(dx, dy)| at(dx, dy))
+        .collect();
+    if around.len() < 20 {
+        return None;
+    }
+    let n = around.len() as f64;
+    let mean = around.iter().sum::<f64>() / n;
+    let variance = around.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (variance > 0.0).then(|| (here - mean) / variance.sqrt())
+}
+
+/// Of each row, from the first to beyond the last column that holds anything: a turned frame fills half its rectangle.
+fn spans(view: &Structure) -> Vec<(usize, usize)> {
+    let row = |y: usize| &view.energy[y * view.width_px..(y + 1) * view.width_px];
+    let span = |y: usize| {
+        let first = row(y).iter().position(|&e| e > 0.0)?;
+        let last = row(y).iter().rposition(|&e| e > 0.0)?;
+        Some((first, last + 1))
+    };
+    (0..view.height_px).map(|y| span(y).unwrap_or((0, 0))).collect()
+}
+
+fn statistic(view: &Structure, spans: &[(usize, usize)], map: &Structure, at: [usize; 2]) -> Option<f64> {
+    if at[0] + view.width_px > map.width_px || at[1] + view.height_px > map.height_px {
+        return None;
+    }
+    let (mut sum, mut variance) = (0f64, 0f64);
+    for (y, &(first, end)) in spans.iter().enumerate() {
+        let (i, j) = (y * view.width_px + first, (y + at[1]) * map.width_px + at[0] + first);
+        let pair = |a: &[f32], b: &[f32]| dot(&a[i..i + end - first], &b[j..j + end - first]);
+        sum += (0..4).map(|k| f64::from(pair(&view.planes[k], &map.planes[k]))).sum::<f64>();
+        variance += f64::from(pair(&view.energy, &map.energy));
+    }
+    (variance > 0.0).then(|| sum / variance.sqrt())
+}
+
+/// In eight lanes, so that it vectorises; the order of summation is fixed.
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut lanes = [0f32; 8];
+    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f32 = a8.remainder().iter().zip(b8.remainder()).map(|(p, q)| p * q).sum();
+    for (p, q) in a8.zip(b8) {
+        for i in 0..8 {
+            lanes[i] += p[i] * q[i];
+        }
+    }
+    lanes.iter().sum::<f32>() + rest
+}
