@@ -50,8 +50,7 @@ pub fn estimate(plan: &Plan, threads: usize, rejected: Vec<Rejected>) -> Result<
     for (tile, indices) in plan.base.iter().skip(step / 2).step_by(step) {
         match compose(*tile, indices, &pool) {
             Ok(content) => {
-                bytes += content
-                    .map_or(0, |c| c.image.bytes.len() + c.descriptors.map_or(0, |d| d.len()) + ROW_BYTES);
+                bytes += content.map_or(0, |c| c.image.bytes.len() + c.descriptors.map_or(0, |d| d.len()) + ROW_BYTES);
                 made += 1;
             }
             // The build will name it.

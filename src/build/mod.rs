@@ -95,10 +95,7 @@ pub fn dry_run(request: &Request) -> Result<Estimate, BuildError> {
 /// # Errors
 /// Where nothing given is usable, an old source that is needed again is gone (before anything is written), or the store
 /// fails. Sources that cannot be read are left out and named in the summary.
-pub fn run(
-    request: &Request,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Summary, BuildError> {
+pub fn run(request: &Request, progress: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Summary, BuildError> {
     let start = Instant::now();
     request.check()?;
     let mut rejected = Vec::new();

@@ -61,9 +61,8 @@ impl Outline {
 
     fn extent(&self) -> [[f64; 2]; 2] {
         let margin = MARGIN_PX / f64::from(TILE_SIZE_PX);
-        let fold = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
-            self.points.iter().map(|p| p[axis]).fold(start, pick)
-        };
+        let fold =
+            |axis: usize, start: f64, pick: fn(f64, f64) -> f64| self.points.iter().map(|p| p[axis]).fold(start, pick);
         [
             [fold(0, f64::INFINITY, f64::min) - margin, fold(1, f64::INFINITY, f64::min) - margin],
             [fold(0, f64::NEG_INFINITY, f64::max) + margin, fold(1, f64::NEG_INFINITY, f64::max) + margin],
@@ -125,7 +124,9 @@ mod tests {
         assert_eq!(names(&outline(&[[3.2, 3.2], [3.8, 3.2], [3.5, 3.8]])), [(3, 3)]);
         assert_eq!(outline(&[[3.5, 3.5], [7.5, 3.5], [7.5, 7.5], [3.5, 7.5]]).tiles().len(), 25);
         let diamond = outline(&[[10.5, 5.2], [15.8, 10.5], [10.5, 15.8], [5.2, 10.5]]);
-        assert!(diamond.tiles().len() < 100 && names(&diamond).contains(&(10, 10)) && !names(&diamond).contains(&(5, 5)));
+        assert!(
+            diamond.tiles().len() < 100 && names(&diamond).contains(&(10, 10)) && !names(&diamond).contains(&(5, 5))
+        );
     }
 
     #[test]

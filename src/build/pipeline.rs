@@ -139,11 +139,7 @@ impl<'a> Line<'a, '_> {
     }
 
     /// Feeds `count` pieces of work and puts what comes back, in their order.
-    fn level(
-        &mut self,
-        count: usize,
-        work: impl Fn(&Writer, usize) -> Result<Work<'a>, Stop>,
-    ) -> Result<(), Stop> {
+    fn level(&mut self, count: usize, work: impl Fn(&Writer, usize) -> Result<Work<'a>, Stop>) -> Result<(), Stop> {
         let mut waiting: BTreeMap<usize, (TileId, Option<TileContent>)> = BTreeMap::new();
         let (mut fed, mut put) = (0, 0);
         while put < count {

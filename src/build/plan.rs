@@ -134,10 +134,7 @@ fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>>, B
 }
 
 /// The hash of what decides each tile, and the overview levels, finest first.
-fn inputs(
-    sources: &[Source],
-    cover: &BTreeMap<TileId, Vec<usize>>,
-) -> (HashMap<TileId, [u8; 32]>, Vec<Vec<TileId>>) {
+fn inputs(sources: &[Source], cover: &BTreeMap<TileId, Vec<usize>>) -> (HashMap<TileId, [u8; 32]>, Vec<Vec<TileId>>) {
     let mut wanted: HashMap<TileId, [u8; 32]> = cover
         .iter()
         .map(|(tile, indices)| (*tile, recipe::base_inputs(indices.iter().map(|&i| &sources[i]))))

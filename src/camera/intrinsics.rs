@@ -52,7 +52,8 @@ impl Intrinsics {
     pub fn scaled_to(&self, width_px: u32, height_px: u32) -> Result<Self, CameraError> {
         let (sx, sy) =
             (f64::from(width_px) / f64::from(self.width_px), f64::from(height_px) / f64::from(self.height_px));
-        if !((sx / sy - 1.0).abs() <= 0.01) {
+        let squeeze = (sx / sy - 1.0).abs();
+        if squeeze.is_nan() || squeeze > 0.01 {
             return Err(CameraError::OtherAspect {
                 width_px,
                 height_px,

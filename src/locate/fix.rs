@@ -128,11 +128,8 @@ impl Search<'_> {
         let mut map = Map::new(self.store, self.layer);
         let mut found: Vec<Refined> = Vec::new();
         for peak in coarse.peaks.iter().take(LOOKED_AT) {
-            if let Some(refined) = refine(&mut map, frame, peak.pose, levels.finest, LOOKED_AT as f64)? {
-                if !found.iter().any(|other| same_place(other, &refined)) {
-                    found.push(refined);
-                }
-            }
+            let refined = refine(&mut map, frame, peak.pose, levels.finest, LOOKED_AT as f64)?;
+            found.extend(refined.filter(|r| !found.iter().any(|other| same_place(other, r))));
         }
         found.sort_by(|a, b| a.log10_accidents.total_cmp(&b.log10_accidents));
         let mut candidates = Vec::new();
