@@ -130,7 +130,10 @@ impl<'a> Line<'a, '_> {
             self.level(level.len(), |writer, i| {
                 let mut children = [None, None, None, None];
                 for (slot, child) in children.iter_mut().zip(level[i].children().expect("an overview has children")) {
-                    *slot = writer.child(child).map_err(|e| Stop::Failed(e.into()))?;
+                    // A tile that is not wanted stands there until the build ends: it is no child any more.
+                    if plan.wanted.contains_key(&child) {
+                        *slot = writer.child(child).map_err(|e| Stop::Failed(e.into()))?;
+                    }
                 }
                 Ok(Work::Overview(level[i], Box::new(children)))
             })?;
