@@ -189,6 +189,7 @@ async function locate(file) {
     complain($("answer"), form, problem);
   }
   button.disabled = false;
+  $("answer").scrollIntoView({ block: "nearest" });
   viewer.draw();
 }
 
@@ -250,7 +251,7 @@ function drawCandidates(g, answer) {
   const most = answer.tiles[0]?.probability || 1;
   for (const tile of answer.tiles.slice(0, 4000).reverse()) {
     viewer.trace(g, [tileRing(tile)]);
-    g.fillStyle = `rgb(255 150 20 / ${0.06 + 0.44 * tile.probability / most})`;
+    g.fillStyle = `rgb(255 150 20 / ${0.05 + 0.27 * tile.probability / most})`;
     g.fill();
     g.strokeStyle = tile === state.highlighted ? "#fff" : "#ffb02099";
     g.lineWidth = tile === state.highlighted ? 3 : 1;

@@ -133,7 +133,8 @@ pub fn rank<'a>(
     Candidates {
         nominal_count: region.nominal_count(),
         region: Geometry::from_rings(region.rings_deg()),
-        containment: tiles.iter().map(|t| t.probability).sum::<f64>().min(1.0),
+        // Not `sum`: of nothing that is -0, which JSON would show.
+        containment: tiles.iter().fold(0.0, |sum: f64, t| sum + t.probability).min(1.0),
         estimated_s: SECONDS_PER_TILE * tiles.len() as f64,
         tiles,
     }

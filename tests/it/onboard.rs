@@ -1,5 +1,6 @@
 //! Onboard: from a read-only folder, as an unprivileged user, everything is answered and nothing is left behind.
 
+use overfly::geodesy::{Geodetic, geodesic_between};
 use overfly::tile::TileId;
 use std::collections::BTreeMap;
 use std::fs::{self, Permissions};
@@ -9,8 +10,6 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-
-const TILE: (u8, u32, u32) = (15, 17_000, 11_000);
 
 /// A running `overfly serve`, killed when dropped.
 struct Serving {
@@ -93,12 +92,46 @@ fn unprivileged(folder: &Path) -> Option<Command> {
     works.then_some(command)
 }
 
-fn png() -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image::GrayImage::from_fn(128, 96, |x, y| image::Luma([((x * 7) ^ (y * 13)) as u8]))
-        .write_to(&mut bytes, image::ImageFormat::Png)
-        .unwrap();
-    bytes.into_inner()
+/// The project's own tiles and flight, kept in git.
+fn tiles() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tiles")
+}
+
+/// A frame of the flight: its file, the prior displaced by some 60 m, the truth.
+struct Frame {
+    image: Vec<u8>,
+    request: serde_json::Value,
+    truth: Geodetic,
+}
+
+fn frame(index: usize) -> Frame {
+    let flight = tiles().join("flight");
+    let mut rows = csv::Reader::from_path(flight.join("flight.csv")).unwrap();
+    let row: BTreeMap<String, String> = rows.deserialize().nth(index).unwrap().unwrap();
+    let number = |name: &str| row[name].parse::<f64>().unwrap();
+    let camera: toml::Value = toml::from_str(&fs::read_to_string(flight.join("camera.toml")).unwrap()).unwrap();
+    let truth = Geodetic::from_degrees(number("true_latitude_deg"), number("true_longitude_deg")).unwrap();
+    let request = serde_json::json!({
+        "latitude_deg": truth.latitude_deg() + 0.0004,
+        "longitude_deg": truth.longitude_deg() - 0.0006,
+        "sigma_m": 60.0,
+        "heading_deg": number("heading_deg"),
+        "height_m": number("height_agl_m"),
+        "pitch_deg": number("pitch_deg"),
+        "roll_deg": number("roll_deg"),
+        "camera": serde_json::to_value(camera).unwrap(),
+        "time_s": number("time_s"),
+    });
+    Frame { image: fs::read(flight.join(&row["image"])).unwrap(), request, truth }
+}
+
+fn form(frame: &Frame) -> Vec<u8> {
+    let mut body = b"--b\r\ncontent-disposition: form-data; name=\"image\"\r\n\r\n".to_vec();
+    body.extend_from_slice(&frame.image);
+    body.extend_from_slice(b"\r\n--b\r\ncontent-disposition: form-data; name=\"request\"\r\n\r\n");
+    body.extend(frame.request.to_string().into_bytes());
+    body.extend_from_slice(b"\r\n--b--\r\n");
+    body
 }
 
 #[test]
@@ -106,48 +139,52 @@ fn answers_from_a_read_only_folder_and_leaves_it_as_it_was() {
     let outer = tempfile::tempdir().unwrap();
     fs::set_permissions(outer.path(), Permissions::from_mode(0o755)).unwrap();
     let Some(mut command) = unprivileged(outer.path()) else {
-        eprintln!(
-            "SKIPPED answers_from_a_read_only_folder_and_leaves_it_as_it_was: run by root, and setpriv is absent"
-        );
+        eprintln!("SKIPPED answers_from_a_read_only_folder_and_leaves_it_as_it_was: run by root, and setpriv is absent");
         return;
     };
     let folder = outer.path().join("aircraft");
     fs::create_dir(&folder).unwrap();
     let db = folder.join("map.gpkg");
-    let tiles: Vec<TileId> = (0..16).map(|i| TileId::new(TILE.0, TILE.1 + i % 4, TILE.2 + i / 4).unwrap()).collect();
-    super::store::store_of(&db, "ortho", &tiles, 5);
+    let built = Command::new(env!("CARGO_BIN_EXE_overfly"))
+        .arg("build")
+        .arg("--db")
+        .arg(&db)
+        .arg(tiles().join("epoch_1"))
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
     fs::set_permissions(&db, Permissions::from_mode(0o444)).unwrap();
     fs::set_permissions(&folder, Permissions::from_mode(0o555)).unwrap();
     let before = content(&folder);
-    assert_eq!(before.len(), 1);
+    assert_eq!(before.keys().collect::<Vec<_>>(), [&db]);
 
     command.arg("serve").arg("--db").arg(&db).args(["--onboard", "--listen", "127.0.0.1:0"]).current_dir(&folder);
     let serving = Serving::start(command);
-    let centre = TileId::new(TILE.0, TILE.1 + 1, TILE.2 + 1).unwrap().centre();
-    let (latitude, longitude) = (centre.latitude_deg(), centre.longitude_deg());
-    for _ in 0..3 {
+    let mut fixes = 0;
+    for index in 0..3 {
+        let frame = frame(index);
+        let (latitude, longitude) = (frame.truth.latitude_deg(), frame.truth.longitude_deg());
         let (status, body) = serving.get(&format!(
-            "/v1/candidates?latitude_deg={latitude}&longitude_deg={longitude}&heading_deg=10&across_m=500&along_m=400&inaccuracy_m=10&drift_m=100"
+            "/v1/candidates?latitude_deg={latitude}&longitude_deg={longitude}&heading_deg=10&across_m=400&along_m=300&inaccuracy_m=10&drift_m=100"
         ));
         let json: serde_json::Value = serde_json::from_slice(&body).unwrap();
-        assert_eq!((status, json["tiles"][0]["x"].as_u64()), (200, Some(u64::from(TILE.1) + 1)));
-        let (status, tile) = serving.get(&format!("/v1/tiles/ortho/{}/{}/{}", TILE.0, TILE.1, TILE.2));
-        assert_eq!((status, image::load_from_memory(&tile).is_ok()), (200, true));
-        let request = format!(
-            r#"{{"latitude_deg": {latitude}, "longitude_deg": {longitude}, "sigma_m": 100, "heading_deg": 10, "gsd_m_per_px": 3}}"#
-        );
-        let mut body = b"--b\r\ncontent-disposition: form-data; name=\"image\"\r\n\r\n".to_vec();
-        body.extend(png());
-        body.extend(
-            format!("\r\n--b\r\ncontent-disposition: form-data; name=\"request\"\r\n\r\n{request}\r\n--b--\r\n")
-                .into_bytes(),
-        );
-        let (status, body) = serving.ask("POST", "/v1/fixes", "multipart/form-data; boundary=b", &body);
-        let json: serde_json::Value = serde_json::from_slice(&body).unwrap();
         assert_eq!(status, 200, "{json}");
-        assert!(["fix", "no_fix"].contains(&json["status"].as_str().unwrap()), "{json}");
+        let (status, tile) = serving.get(&format!("/v1/tiles/{}", json["tiles"][0]["id"].as_str().unwrap()));
+        assert_eq!((status, image::load_from_memory(&tile).is_ok()), (200, true));
+        let (status, body) = serving.ask("POST", "/v1/fixes", "multipart/form-data; boundary=b", &form(&frame));
+        let json: serde_json::Value = serde_json::from_slice(&body).unwrap();
+        assert_eq!((status, json["time_s"].clone()), (200, frame.request["time_s"].clone()), "{json}");
+        if json["status"] == "fix" {
+            let found = |name: &str| json[name].as_f64().unwrap();
+            let at = Geodetic::from_degrees(found("latitude_deg"), found("longitude_deg")).unwrap();
+            let error_m = geodesic_between(at, frame.truth).distance_m;
+            // Ten pixels of the source: what matters here is that a fix comes, accuracy is measured elsewhere.
+            assert!(error_m < 10.0, "frame {index}: {error_m} m");
+            fixes += 1;
+        }
         assert_eq!(content(&folder), before, "while it runs");
     }
+    assert!(fixes > 0, "not one fix");
     assert_eq!(serving.get("/readyz").0, 200);
     assert_eq!(serving.ask("POST", "/v1/builds", "application/json", b"{}").0, 404);
     let (code, elapsed) = serving.stop();
