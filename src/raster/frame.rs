@@ -57,13 +57,21 @@ impl FrameError {
 /// # Errors
 /// Where the file cannot be read, is no image, or exceeds the bounds.
 pub fn read_frame(path: &Path) -> Result<Gray, FrameError> {
+    read_colour_frame(path).map(|colour| colour.to_gray())
+}
+
+/// As [`read_frame`], in colour.
+///
+/// # Errors
+/// As [`read_frame`].
+pub fn read_colour_frame(path: &Path) -> Result<Colour, FrameError> {
     let unreadable = |cause| FrameError::Unreadable { path: path.into(), cause };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     let name = path.display().to_string();
     if size > MAX_FILE_BYTES {
         return Err(FrameError::TooLarge { name, found: format!("{size} bytes") });
     }
-    decode_frame(&std::fs::read(path).map_err(unreadable)?, &name)
+    decode(&std::fs::read(path).map_err(unreadable)?, &name)
 }
 
 /// The frame in the bytes of a PNG, JPEG or WebP file; `name` is what errors call it.
@@ -71,6 +79,10 @@ pub fn read_frame(path: &Path) -> Result<Gray, FrameError> {
 /// # Errors
 /// As [`read_frame`]; the size is checked in the header before any pixel is decoded.
 pub fn decode_frame(bytes: &[u8], name: &str) -> Result<Gray, FrameError> {
+    decode(bytes, name).map(|colour| colour.to_gray())
+}
+
+fn decode(bytes: &[u8], name: &str) -> Result<Colour, FrameError> {
     let bad = |e: image::ImageError| match e {
         image::ImageError::Limits(e) => FrameError::TooLarge { name: name.into(), found: e.to_string() },
         other => FrameError::NotAnImage { name: name.into(), reason: other.to_string() },
@@ -90,7 +102,7 @@ pub fn decode_frame(bytes: &[u8], name: &str) -> Result<Gray, FrameError> {
     reader.limits(limits);
     let rgb = reader.decode().map_err(bad)?.into_rgb8();
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    Ok(Colour::from_values(width, height, rgb.into_raw()).expect("three values a pixel").to_gray())
+    Ok(Colour::from_values(width, height, rgb.into_raw()).expect("three values a pixel"))
 }
 
 #[cfg(test)]
