@@ -47,7 +47,7 @@ fn main() -> anyhow::Result<()> {
     let scene = Scene::plan(args.seed);
 
     let mut early_summer = draw(&scene, 0);
-    early_summer.light(Sun { azimuth_deg: 128.0, elevation_deg: 52.0 });
+    early_summer.light(Sun { azimuth_deg: 150.0, elevation_deg: 60.0 });
     let clear = Radiometry { gain: [1.02, 1.0, 0.97], gamma: 0.95, haze: 0.05, noise: 1.6 };
     let warmer = Radiometry { gain: [1.07, 1.02, 0.95], gamma: 0.92, haze: 0.07, noise: 1.6 };
     survey::write(&early_summer, (0, 1400), clear, args.seed + 1, 80, &args.out.join("epoch_1/west.jpg"))?;
@@ -66,7 +66,7 @@ fn main() -> anyhow::Result<()> {
     drop(morning);
 
     // The flight comes at noon of that season, so no map shows its shadows.
-    let noon = relit(Sun { azimuth_deg: 178.0, elevation_deg: 44.0 });
+    let noon = relit(Sun { azimuth_deg: 172.0, elevation_deg: 48.0 });
     let camera = Radiometry { gain: [1.05, 1.0, 0.93], gamma: 1.0, haze: 0.08, noise: 3.0 };
     let frames = flight::fly(&noon, camera, args.seed + 4, &args.out.join("flight"))?;
     println!("{frames} frames and two epochs in {}", args.out.display());
