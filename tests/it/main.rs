@@ -2,11 +2,14 @@
 
 mod build;
 mod candidates;
+mod demo;
 mod drawn;
 mod gdal;
 mod http;
 mod kill;
+mod layers;
 mod onboard;
 mod orthophotos;
 mod reference;
 mod store;
+mod walk;
