@@ -10,7 +10,12 @@ const AT_LEAST_RIGHT: u64 = 8;
 fn locates_the_sample_flight_and_writes_a_page_that_loads_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let started = Instant::now();
-    let run = assert_cmd::Command::cargo_bin("overfly").unwrap().args(["demo", "--json", "--out"]).arg(folder.path()).output().unwrap();
+    let run = assert_cmd::Command::cargo_bin("overfly")
+        .unwrap()
+        .args(["demo", "--json", "--out"])
+        .arg(folder.path())
+        .output()
+        .unwrap();
     let text = String::from_utf8(run.stdout).unwrap();
     assert!(run.status.success(), "{text}{}", String::from_utf8_lossy(&run.stderr));
     let last: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
