@@ -47,7 +47,7 @@ impl CoarseResult {
 }
 
 /// Edge of one correlated block of places: bounds memory and keeps the ground scale constant within.
-const BLOCK_PX: i64 = 512;
+pub const BLOCK_PX: i64 = 512;
 /// Peaks kept.
 const PEAKS: usize = 8;
 

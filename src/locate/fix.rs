@@ -19,8 +19,10 @@ use crate::tile::{TileId, WorldPixel, gsd_at};
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
-/// Bound on coarse pixels times hypotheses: some minutes on one core.
-const MOST_PLACES: f64 = 3e10;
+/// Bound on correlated pixels times hypotheses: some minutes on one core.
+const MOST_PLACES: f64 = 5e9;
+/// A frame whose shorter side has fewer pixels than this on the coarse level shows nothing to match.
+const LEAST_SIDE_PX: f64 = 12.0;
 /// Coarse peaks that are looked at closely.
 const LOOKED_AT: usize = 5;
 /// A fix is expected to be accidental less often than once in 10^6 searches of its size, by the count of its windows.
@@ -66,6 +68,12 @@ impl Search<'_> {
         };
         let levels = Levels::choose(frame.camera(), self.layer, near);
         let gsd = gsd_at(near, levels.coarse);
+        let (w, h) = frame.camera().frame_size_px();
+        let side_px = f64::from(w.min(h)) * frame.camera().gsd_m_per_px() / gsd.mean_m_per_px();
+        if side_px < LEAST_SIDE_PX {
+            let detail = format!("the frame is {side_px:.1} px of the map wide, {LEAST_SIDE_PX} needed");
+            return Ok(self.no_fix(Reason::TooLittleStructure, detail));
+        }
         let Some(reach_px) = reach_px(frame.camera(), gsd.mean_m_per_px()) else {
             return Ok(self.no_fix(Reason::InconsistentScale, "the camera sees the horizon".into()));
         };
@@ -93,7 +101,13 @@ impl Search<'_> {
         threads: usize,
     ) -> Result<CoarseResult, LocateError> {
         let hypotheses = hypotheses(self.request, half_diagonal_px);
-        let pixels: f64 = area.blocks(1 << 20).iter().map(|b| b.width_px as f64 * b.height_px as f64).sum();
+        // What one correlation covers: the places, and the view's reach around them.
+        let around = 2.0 * half_diagonal_px;
+        let pixels: f64 = area
+            .blocks(coarse_search::BLOCK_PX)
+            .iter()
+            .map(|b| (b.width_px as f64 + around) * (b.height_px as f64 + around))
+            .sum();
         if pixels * hypotheses.len() as f64 > MOST_PLACES {
             return Err(LocateError::TooWide { pixels, hypotheses: hypotheses.len(), limit: MOST_PLACES });
         }

@@ -7,8 +7,7 @@ use overfly::tile::MercatorBounds;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-const EVERYWHERE: MercatorBounds =
-    MercatorBounds { min_x_m: -2.1e7, min_y_m: -2.1e7, max_x_m: 2.1e7, max_y_m: 2.1e7 };
+const EVERYWHERE: MercatorBounds = MercatorBounds { min_x_m: -2.1e7, min_y_m: -2.1e7, max_x_m: 2.1e7, max_y_m: 2.1e7 };
 
 fn request(db: &Path, sources: &[&PathBuf]) -> Request {
     Request {
@@ -82,7 +81,8 @@ fn the_newest_source_covers_and_the_next_fill_its_holes() {
     let newest = footprints.iter().filter(|f| f.acquired.as_deref() == Some("2021-05-01")).count();
     assert!(both > 0 && newest >= both && newest < footprints.len());
     for footprint in &footprints {
-        let expected_m = if footprint.sources.contains(' ') || footprint.acquired.as_deref() < Some("2021") { 2.0 } else { 0.5 };
+        let expected_m =
+            if footprint.sources.contains(' ') || footprint.acquired.as_deref() < Some("2021") { 2.0 } else { 0.5 };
         assert_eq!(footprint.horizontal_error_m, expected_m);
         assert!(reader.descriptors(layer, footprint.tile).unwrap().is_some());
     }

@@ -10,7 +10,8 @@ pub const CRS: u32 = 32633;
 pub fn orthophoto(folder: &Path, name: &str, size: (u32, u32), offset: (u32, u32), seed: u32, hole: bool) -> PathBuf {
     let image = image::RgbaImage::from_fn(size.0, size.1, |x, y| {
         let (east, south) = (x + offset.0, y + offset.1);
-        let level = |channel: u32| (noise(east, south, 40, seed + channel) * 0.7 + noise(east, south, 9, seed) * 0.3) as u8;
+        let level =
+            |channel: u32| (noise(east, south, 40, seed + channel) * 0.7 + noise(east, south, 9, seed) * 0.3) as u8;
         let inside = |v: u32, n: u32| v > n / 3 && v < n * 2 / 3;
         let alpha = if hole && inside(x, size.0) && inside(y, size.1) { 0 } else { 255 };
         image::Rgba([level(0), level(1), level(2), alpha])

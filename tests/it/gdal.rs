@@ -59,9 +59,16 @@ fn gdal_opens_a_store_and_its_validator_finds_nothing() {
     let raster = output(Command::new("gdalinfo").arg(&db));
     assert!(raster.contains("GPKG") && raster.contains("Overviews") && !raster.contains("Warning"), "{raster}");
     let features = output(Command::new("ogrinfo").args(["-ro", "-so", "-al"]).arg(&db));
-    assert!(features.contains("footprints") && features.contains("Polygon") && !features.contains("Warning"), "{features}");
+    assert!(
+        features.contains("footprints") && features.contains("Polygon") && !features.contains("Warning"),
+        "{features}"
+    );
     let python = "/usr/bin/python3";
-    if Command::new(python).args(["-c", "import osgeo_utils.samples.validate_gpkg"]).output().is_ok_and(|o| o.status.success()) {
+    if Command::new(python)
+        .args(["-c", "import osgeo_utils.samples.validate_gpkg"])
+        .output()
+        .is_ok_and(|o| o.status.success())
+    {
         let found = output(Command::new(python).args(["-m", "osgeo_utils.samples.validate_gpkg"]).arg(&db));
         assert!(!found.to_lowercase().contains("error"), "{found}");
     } else {
@@ -117,11 +124,9 @@ fn gdal_reads_back_what_it_would_have_warped_itself() {
     let gray = |image: &[u8]| -> Vec<f64> {
         (0..pixels).map(|i| (0..3).map(|b| f64::from(image[b * pixels + i])).sum::<f64>() / 3.0).collect()
     };
-    let difference = (0..3 * pixels)
-        .filter(|i| both[i % pixels])
-        .map(|i| f64::from(ours[i].abs_diff(theirs[i])))
-        .sum::<f64>()
-        / (3 * count) as f64;
+    let difference =
+        (0..3 * pixels).filter(|i| both[i % pixels]).map(|i| f64::from(ours[i].abs_diff(theirs[i]))).sum::<f64>()
+            / (3 * count) as f64;
     let [x_px, y_px] = displacement(&gray(&ours), &gray(&theirs), &both, width);
     eprintln!("mean difference {difference:.2} levels, displacement ({x_px:.4}, {y_px:.4}) px");
     assert!(difference <= LEVELS);

@@ -4,6 +4,7 @@ mod build;
 mod candidates;
 mod demo;
 mod drawn;
+mod fixes;
 mod gdal;
 mod http;
 mod kill;

@@ -1,0 +1,199 @@
+//! A fix is right or is none: on the project's own drawn tiles always, on real imagery where it is present.
+
+use overfly::build::{self, Request};
+use overfly::camera::View;
+use overfly::geodesy::Geodetic;
+use overfly::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
+use overfly::pixels::Gray;
+use overfly::raster::read_frame;
+use overfly::store::Reader;
+use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+fn project(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn built(folder: &Path, source: &Path) -> Reader {
+    let db = folder.join("store.gpkg");
+    let request = Request {
+        db: db.clone(),
+        layer: "ortho".into(),
+        sources: vec![source.into()],
+        threads: 2,
+        ..Request::default()
+    };
+    build::run(&request, &mut |_| ControlFlow::Continue(())).unwrap();
+    Reader::open(&db).unwrap()
+}
+
+/// The drawn first epoch, built once for all tests here.
+fn drawn() -> &'static Reader {
+    static STORE: OnceLock<(tempfile::TempDir, Reader)> = OnceLock::new();
+    &STORE
+        .get_or_init(|| {
+            let folder = tempfile::tempdir().unwrap();
+            let reader = built(folder.path(), &project("tiles/epoch_1"));
+            (folder, reader)
+        })
+        .1
+}
+
+fn trial() -> FixTrial {
+    FixTrial {
+        layer: "ortho".into(),
+        prior_error_m: 500.0,
+        seed: 1,
+        heading_sigma_deg: Some(3.0),
+        height_sigma_ratio: 0.03,
+        unknown_position: false,
+        threads: 2,
+    }
+}
+
+fn score(trial: &FixTrial, store: &Reader, flight: &Path, right_m: f64) -> (FixScore, Vec<FixOutcome>) {
+    let flight = Flight::read(flight).unwrap();
+    let outcomes = trial.run(store, &flight, |_| {}).unwrap();
+    (FixScore::of(&outcomes, right_m, 2), outcomes)
+}
+
+fn drawn_frame(number: usize) -> (Gray, FixRequest) {
+    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let frame = &flight.frames[number];
+    let gray = read_frame(&frame.path).unwrap();
+    let request = FixRequest {
+        layer: "ortho".into(),
+        position: PositionPrior::Square { centre: frame.true_position.unwrap(), half_width_m: 300.0 },
+        heading: Some(HeadingPrior { heading_rad: frame.heading_rad, sigma_rad: 0.05 }),
+        view: frame.view(&flight.camera),
+        scale_sigma_ratio: 0.03,
+        time_s: Some(frame.time_s),
+    };
+    (gray, request)
+}
+
+#[test]
+fn drawn_frames_of_another_year_are_located_and_none_wrongly() {
+    let (score, _) = score(&trial(), drawn(), &project("tiles/flight"), 5.0);
+    assert_eq!(score.wrong, 0, "{score:?}");
+    assert!(score.right >= 34, "{score:?}");
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_the_answer() {
+    let (frame, request) = drawn_frame(3);
+    let answers = [1, 2, 5].map(|threads| match locate(drawn(), &frame, &request, threads).unwrap() {
+        Answer::Fix(fix) => overfly::locate::Fix { elapsed_ms: 0.0, ..fix },
+        Answer::NoFix(no_fix) => panic!("{no_fix:?}"),
+    });
+    assert!(answers[0] == answers[1] && answers[1] == answers[2]);
+}
+
+#[test]
+fn an_unknown_heading_is_found() {
+    let (frame, request) = drawn_frame(5);
+    let truth = Flight::read(&project("tiles/flight")).unwrap().frames[5].true_heading_rad.unwrap().to_degrees();
+    let request = FixRequest { heading: None, ..request };
+    let Answer::Fix(fix) = locate(drawn(), &frame, &request, 2).unwrap() else { panic!("no fix") };
+    let off = (fix.heading_deg - truth + 180.0).rem_euclid(360.0) - 180.0;
+    assert!(off.abs() < 1.0, "{off}");
+}
+
+#[test]
+fn mirrored_frames_are_never_fixes() {
+    for number in (0..40).step_by(4) {
+        let (frame, request) = drawn_frame(number);
+        let width = frame.width_px();
+        let values = (0..frame.values().len()).map(|i| frame.at(width - 1 - i % width, i / width)).collect();
+        let mirrored = Gray::from_values(width, frame.height_px(), values).unwrap();
+        let answer = locate(drawn(), &mirrored, &request, 2).unwrap();
+        assert!(matches!(answer, Answer::NoFix(_)), "frame {number}: {answer:?}");
+    }
+}
+
+#[test]
+fn frames_that_show_nothing_are_no_fix() {
+    let (frame, request) = drawn_frame(0);
+    let (w, h) = (frame.width_px(), frame.height_px());
+    let mut state = 1u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as f32
+    };
+    let static_noise = Gray::from_values(w, h, (0..w * h).map(|_| noise()).collect()).unwrap();
+    let strip = Gray::from_values(3000, 2, (0..6000).map(|_| noise()).collect()).unwrap();
+    let view = View::Nadir { gsd_m_per_px: 1.0 };
+    for gray in [
+        Gray::filled(w, h, 0.0),
+        Gray::filled(w, h, 255.0),
+        static_noise,
+        strip,
+        Gray::filled(1, 1, 7.0),
+        Gray::filled(16, 16, 7.0),
+    ] {
+        let request = FixRequest { view: view.clone(), ..request.clone() };
+        assert!(matches!(locate(drawn(), &gray, &request, 2).unwrap(), Answer::NoFix(_)));
+    }
+}
+
+#[test]
+fn a_prior_off_the_map_is_outside_the_map() {
+    let (frame, request) = drawn_frame(0);
+    for (latitude_deg, longitude_deg) in [(0.0, 0.0), (48.5, -164.4), (89.0, 15.6), (-48.5, 15.6)] {
+        let centre = Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap();
+        let position = PositionPrior::Square { centre, half_width_m: 500.0 };
+        let answer = locate(drawn(), &frame, &FixRequest { position, ..request.clone() }, 2).unwrap();
+        assert!(matches!(&answer, Answer::NoFix(n) if n.reason == Reason::OutsideMap), "{answer:?}");
+    }
+}
+
+#[test]
+fn questions_that_cannot_be_asked_are_refused_by_name() {
+    let (frame, request) = drawn_frame(0);
+    let refused = |request: &FixRequest| locate(drawn(), &frame, request, 1).unwrap_err();
+    let nan = FixRequest { scale_sigma_ratio: f64::NAN, ..request.clone() };
+    assert!(matches!(refused(&nan), LocateError::Parameter { name: "height_sigma_ratio", .. }));
+    let heading = Some(HeadingPrior { heading_rad: 0.0, sigma_rad: -1.0 });
+    let negative = FixRequest { heading, ..request.clone() };
+    assert!(matches!(refused(&negative), LocateError::Parameter { name: "heading_sigma_deg", .. }));
+    let flat = FixRequest { view: View::Nadir { gsd_m_per_px: 0.0 }, ..request.clone() };
+    assert_eq!(refused(&flat).code(), "bad_camera");
+    let elsewhere = FixRequest { layer: "nowhere".into(), ..request };
+    assert!(matches!(refused(&elsewhere), LocateError::Store(_)));
+}
+
+/// A file of the shared imagery, or `None` with a word on standard error.
+fn shared(path: &str) -> Option<PathBuf> {
+    let path = project("../shared/data").join(path);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("SKIPPED: {} is absent", path.display());
+    None
+}
+
+#[test]
+fn a_real_flight_is_located_over_its_own_year_and_another() {
+    let Some(flight) = shared("naip/flight_2018") else { return };
+    for (year, least_right, most_median_m) in [("20180716", 48, 0.6), ("20160816", 46, 3.0)] {
+        let Some(map) = shared(&format!("naip/m_4709963_se_14_1_{year}.tif")) else { return };
+        let folder = tempfile::tempdir().unwrap();
+        let (score, _) = score(&trial(), &built(folder.path(), &map), &flight, 15.0);
+        assert_eq!(score.wrong, 0, "{year} {score:?}");
+        assert!(score.right >= least_right, "{year} {score:?}");
+        let median_m = score.error_m.as_ref().unwrap().median;
+        assert!(median_m <= most_median_m, "{year} {score:?}");
+    }
+}
+
+#[test]
+fn real_photos_that_reach_beyond_their_map_are_located() {
+    let (Some(flight), Some(map)) = (shared("brighton"), shared("brighton/ortho_0.09m.tif")) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let trial = FixTrial { prior_error_m: 30.0, ..trial() };
+    let (score, _) = score(&trial, &built(folder.path(), &map), &flight, 5.0);
+    assert_eq!(score.wrong, 0, "{score:?}");
+    assert!(score.right >= 14, "{score:?}");
+}
