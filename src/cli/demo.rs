@@ -77,10 +77,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let summary = Summary { score: &score, db: &db, report: &page, build_s: built.elapsed_s, total_s };
     output.say(&summary, || {
         format!(
-            "{}\nstore      {} tiles, {:.1} MB, built in {:.1} s\nreport     {}\nall        {total_s:.1} s",
+            "{}\nstore      {} tiles, {:.1} MB, {} made and {} kept in {:.1} s\nreport     {}\nall        {total_s:.1} s",
             fix_text(&score),
             built.tiles,
             built.bytes as f64 / 1e6,
+            built.computed_tiles,
+            built.kept_tiles,
             built.elapsed_s,
             page.display()
         )
@@ -192,7 +194,13 @@ fn facts(store: &Reader, layer: &Layer, built: &build::Summary) -> Vec<(String, 
                 layer.base_zoom
             ),
         ),
-        fact("built in", format!("{:.1} s from {:.1} megapixels", built.elapsed_s, built.source_megapixels)),
+        fact(
+            "built in",
+            format!(
+                "{:.1} s from {:.1} megapixels ({} tiles made, {} kept)",
+                built.elapsed_s, built.source_megapixels, built.computed_tiles, built.kept_tiles
+            ),
+        ),
         fact("digest", store.digest().to_owned()),
         fact("descriptors", store.descriptor_contract().to_owned()),
         fact("prior", format!("uniform, up to {PRIOR_ERROR_M} m per axis, seed {SEED}")),
