@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// Tiles under way, each thread.
 const IN_FLIGHT: usize = 4;
 /// A transaction is committed when it is this old...
-const BATCH_TIME: Duration = Duration::from_secs(2);
+const BATCH_TIME: Duration = Duration::from_millis(500);
 /// ... or holds this much.
 const BATCH_BYTES: usize = 48 << 20;
 

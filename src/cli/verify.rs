@@ -29,7 +29,8 @@ fn describe(args: &Args, found: &Verification) -> String {
     if found.ok {
         return format!("{file}: good: {} tiles, digest {}", found.tiles, found.digest);
     }
-    let mut text = format!("{file}: NOT good; restore it from a copy or build it anew");
+    let remedy = if found.bad_tiles.is_empty() { "" } else { "; restore it from a copy or build it anew" };
+    let mut text = format!("{file}: NOT good{remedy}");
     for problem in &found.problems {
         text.push_str(&format!("\n  {problem}"));
     }

@@ -114,8 +114,12 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
 /// Makes an empty store at `path` and opens it for writing. It comes into being whole, by a rename.
 ///
 /// # Errors
-/// Where the folder may not be written or the disk is full.
+/// Where the folder is absent or may not be written, or the disk is full.
 pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    if folder.is_some_and(|f| !f.is_dir()) {
+        return Err(StoreError::NoFolder { path: path.into() });
+    }
     let mut name = path.as_os_str().to_os_string();
     name.push("-new");
     let draft = PathBuf::from(name);
@@ -136,6 +140,8 @@ fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()> {
     let connection = Connection::open(draft)?;
     connection.pragma_update(None, "page_size", PAGE_SIZE)?;
     prepare_write(&connection)?;
+    // No journal of the draft's own, which a kill could leave behind.
+    connection.query_row("PRAGMA journal_mode = MEMORY", [], |_| Ok(()))?;
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
     connection.pragma_update(None, "user_version", USER_VERSION)?;
     let transaction = connection.unchecked_transaction()?;

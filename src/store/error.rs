@@ -102,6 +102,12 @@ pub enum StoreError {
         /// What the system says.
         reason: String,
     },
+    /// The folder that shall hold it is absent.
+    #[error("{path}: its folder does not exist: make it first, or choose another place", path = path.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// No room.
     #[error("{path}: the disk is full; what was there before is untouched: make room and run the same command again, it goes on where it stopped", path = path.display())]
     DiskFull {
@@ -184,6 +190,7 @@ impl StoreError {
             Self::NoLayer { .. } => "no_such_layer",
             Self::LayerName { .. } => "layer_name",
             Self::Denied { .. } => "permission_denied",
+            Self::NoFolder { .. } => "no_such_folder",
             Self::DiskFull { .. } => "disk_full",
             Self::Busy { .. } => "store_busy",
             Self::Superseded { .. } => "superseded",

@@ -155,6 +155,7 @@ fn nothing_usable_leaves_everything_as_it_was() {
     let db = folder.path().join("s.gpkg");
     assert_eq!(run(&request(&db, &[&bad])).unwrap_err().code(), "nothing_usable");
     assert_eq!(run(&request(&db, &[])).unwrap_err().code(), "no_sources");
+    assert_eq!(run(&request(&folder.path().join("no/s.gpkg"), &[&a])).unwrap_err().code(), "no_such_folder");
     assert!(!db.exists());
     build(&db, &[&a]);
     let before = std::fs::read(&db).unwrap();
