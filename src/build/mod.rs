@@ -23,7 +23,7 @@ pub use request::Request;
 
 use crate::feature::keypoint::CONTRACT;
 use crate::raster;
-use crate::store::{Draft, Reader, Writer};
+use crate::store::{Draft, Reader, Writer, settle};
 use declare::Given;
 use pipeline::Stop;
 use plan::Plan;
@@ -107,6 +107,7 @@ pub fn run(request: &Request, progress: &mut dyn FnMut(Progress) -> ControlFlow<
         let inputs = Draft::read(&request.db, &request.layer)?.inputs;
         let plan = Plan::make(request, &Draft { inputs, ..before.clone() }, &given)?;
         if plan.up_to_date {
+            settle(&request.db)?;
             return summarise(request, &plan, &given, rejected, start);
         }
         let mut writer = Writer::begin(&request.db, CONTRACT, plan.declaration.clone())?;

@@ -184,6 +184,7 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::DamagedTile { .. }
         | StoreError::Encode { .. }
         | StoreError::Io { .. }
+        | StoreError::NoFolder { .. }
         | StoreError::Sqlite { .. } => StatusCode::INTERNAL_SERVER_ERROR,
     }
 }

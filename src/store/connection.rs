@@ -111,6 +111,19 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     Ok(connection)
 }
 
+/// Clears a journal that a killed build left beside a store that is whole: SQLite passes over one that holds nothing to
+/// roll back, and so would leave it there.
+///
+/// # Errors
+/// Where the file may not be written.
+pub fn settle(path: &Path) -> Result<(), StoreError> {
+    if side_files(path).iter().all(|side| !side.exists()) {
+        return Ok(());
+    }
+    // Any transaction that writes takes the journal over and removes it.
+    open_write(path)?.pragma_update(None, "user_version", USER_VERSION).map_err(|e| StoreError::sqlite(path, e))
+}
+
 /// Makes an empty store at `path` and opens it for writing. It comes into being whole, by a rename.
 ///
 /// # Errors

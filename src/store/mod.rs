@@ -18,7 +18,7 @@ mod source;
 mod verify;
 mod writer;
 
-pub use connection::{APPLICATION_ID, USER_VERSION};
+pub use connection::{APPLICATION_ID, USER_VERSION, settle};
 pub use digest::{content_hash, hash_source, hex};
 pub use draft::Draft;
 pub use error::StoreError;

@@ -203,6 +203,19 @@ fn a_stopped_build_goes_on() {
 }
 
 #[test]
+fn a_journal_left_beside_a_whole_store_goes_with_the_next_build() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, ..] = three(folder.path());
+    let db = folder.path().join("s.gpkg");
+    let before = build(&db, &[&a]);
+    let journal = folder.path().join("s.gpkg-journal");
+    std::fs::write(&journal, [0; 512]).unwrap();
+    assert_eq!(Reader::open_onboard(&db).unwrap_err().code(), "side_file");
+    assert_eq!(build(&db, &[&a]).digest, before.digest);
+    assert!(!journal.exists() && Reader::open_onboard(&db).is_ok());
+}
+
+#[test]
 fn layers_do_not_touch_each_other() {
     let folder = tempfile::tempdir().unwrap();
     let [a, b, _] = three(folder.path());
