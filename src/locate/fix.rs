@@ -29,10 +29,17 @@ const LOOKED_AT: usize = 5;
 const MOST_LOG10_FALSE_ALARMS: f64 = -6.0;
 /// A second place with this much evidence makes the first ambiguous.
 const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
+/// Where the windows of one place agree by accident less often than this, peaks that are no rivals are passed over.
+const SURE_LOG10_ACCIDENTS: f64 = -6.0;
+/// A peak of this share of the highest is a rival whatever the windows say.
+const RIVAL_SHARE: f64 = 0.6;
 /// Of the places looked at closely, those whose whole view is weighed.
 const WEIGHED: usize = 2;
 /// Fewer agreeing windows than this are no fix, whatever else speaks for it.
 const LEAST_INLIERS: usize = 4;
+/// One sigma per axis of what shifts all edges of a frame together, pixels of the finest level: between two dates a
+/// shadow moves an edge by a part of a pixel or two. Measured on the drawn flight, whose map is exact.
+const SYSTEMATIC_PX: f64 = 0.25;
 /// What can be promised of an accepted fix until it is calibrated on negatives.
 const LEAST_FALSE_FIX_PROBABILITY: f64 = 1e-4;
 
@@ -141,7 +148,12 @@ impl Search<'_> {
     ) -> Result<Vec<Candidate>, LocateError> {
         let mut map = Map::new(self.store, self.layer);
         let mut found: Vec<Refined> = Vec::new();
+        let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
         for peak in coarse.peaks.iter().take(LOOKED_AT) {
+            let sure = found.iter().any(|r| r.log10_accidents < SURE_LOG10_ACCIDENTS);
+            if sure && peak.statistic < RIVAL_SHARE * highest {
+                break;
+            }
             let refined = refine(&mut map, frame, peak.pose, levels.finest, LOOKED_AT as f64)?;
             found.extend(refined.filter(|r| !found.iter().any(|other| same_place(other, r))));
         }
@@ -208,9 +220,11 @@ impl Search<'_> {
         let map_error_m = footprint.as_ref().map_or(0.0, |f| f.horizontal_error_m);
         let c = best.fit.covariance;
         let (ge, gn) = (gsd.east_m_per_px, gsd.north_m_per_px);
+        // Common to all windows, so that no residual shows it: of the map as a whole, and of shadows and seasons.
+        let common_m2 = map_error_m.powi(2) + (SYSTEMATIC_PX * gsd.mean_m_per_px()).powi(2);
         let covariance_m2 = [
-            [c[(0, 0)] * ge * ge + map_error_m.powi(2), -c[(0, 1)] * ge * gn],
-            [-c[(0, 1)] * ge * gn, c[(1, 1)] * gn * gn + map_error_m.powi(2)],
+            [c[(0, 0)] * ge * ge + common_m2, -c[(0, 1)] * ge * gn],
+            [-c[(0, 1)] * ge * gn, c[(1, 1)] * gn * gn + common_m2],
         ];
         Ok(Answer::Fix(Fix {
             latitude_deg: nadir.latitude_deg(),

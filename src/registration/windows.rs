@@ -79,11 +79,12 @@ fn match_window(
         return None;
     }
     let side = 2 * radius + 1;
+    let energies = box_energies(map, [left as usize, top as usize], size, side);
     let mut scores = vec![0f32; side * side];
     for dy in 0..side {
         for dx in 0..side {
             let at = [left as usize + dx, top as usize + dy];
-            let map_energy = box_energy(map, at, size);
+            let map_energy = energies[dy * side + dx];
             if map_energy >= LEAST_ENERGY * area * 0.5 {
                 let sum: f32 = (0..4)
                     .map(|k| dot_box(&view.planes[k], view.width_px, corner, &map.planes[k], map.width_px, at, size))
@@ -147,6 +148,18 @@ fn made_definite(m: Matrix2<f64>) -> Matrix2<f64> {
 
 fn box_energy(s: &Structure, corner: [usize; 2], size: usize) -> f32 {
     (corner[1]..corner[1] + size).map(|y| s.energy[y * s.width_px + corner[0]..][..size].iter().sum::<f32>()).sum()
+}
+
+/// `box_energy` at every corner of a square of `side` corners from `corner`, each row of pixels summed once.
+fn box_energies(s: &Structure, corner: [usize; 2], size: usize, side: usize) -> Vec<f32> {
+    let rows: Vec<f32> = (0..size + side - 1)
+        .flat_map(|j| {
+            let row = &s.energy[(corner[1] + j) * s.width_px + corner[0]..][..size + side - 1];
+            row.windows(size).map(|w| w.iter().sum::<f32>())
+        })
+        .collect();
+    let column = |dx: usize, dy: usize| (dy..dy + size).map(|j| rows[j * side + dx]).sum();
+    (0..side * side).map(|i| column(i % side, i / side)).collect()
 }
 
 /// Sum of products of two boxes, in eight lanes so that it vectorises; the order of summation is fixed.
