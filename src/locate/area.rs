@@ -174,3 +174,65 @@ pub fn extent_m(prior: &PositionPrior, layer: &Layer) -> [f64; 2] {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn layer(bounds_deg: [f64; 4]) -> Layer {
+        Layer {
+            name: "ortho".into(),
+            base_zoom: 16,
+            min_zoom: 12,
+            base_tiles: 1,
+            tiles: 1,
+            bounds_deg,
+            acquired: None,
+            complete: true,
+            digest: None,
+        }
+    }
+
+    fn square(latitude_deg: f64, longitude_deg: f64, half_width_m: f64) -> PositionPrior {
+        PositionPrior::Square { centre: Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap(), half_width_m }
+    }
+
+    #[test]
+    fn a_layer_across_the_antimeridian_is_near_from_both_sides() {
+        let layer = layer([179.9, 10.0, -179.9, 10.1]);
+        for longitude_deg in [179.95, -179.95, 179.999, -179.999] {
+            let area = SearchArea::new(&square(10.05, longitude_deg, 500.0), &layer, 14).unwrap();
+            let kept = area.clone().near_layer(&layer, 20.0).unwrap();
+            assert_eq!((kept.left, kept.width_px), (area.left, area.width_px), "{longitude_deg}");
+        }
+        let far = SearchArea::new(&square(10.05, 0.0, 500.0), &layer, 14).unwrap();
+        assert!(far.near_layer(&layer, 20.0).is_none());
+    }
+
+    proptest! {
+        #[test]
+        fn blocks_tile_the_area(width in 1i64..300, height in 1i64..300, edge in 1i64..90) {
+            let area = SearchArea { zoom: 12, left: 7, top: 11, width_px: width, height_px: height, ellipse: None };
+            let blocks = area.blocks(edge);
+            let pixels: i64 = blocks.iter().map(|b| (b.width_px * b.height_px) as i64).sum();
+            prop_assert_eq!(pixels, width * height);
+            prop_assert!(blocks.iter().all(|b| b.left >= 7 && b.left + b.width_px as i64 <= 7 + width));
+        }
+
+        #[test]
+        fn a_gaussian_holds_what_lies_within_three_sigma(angle in 0.0..6.28f64, radius in 0.0..3.0f64, r in -0.9..0.9f64) {
+            let centre = Geodetic::from_degrees(47.0, -99.0).unwrap();
+            let prior = PositionPrior::Gaussian { centre, sigma_east_m: 200.0, sigma_north_m: 90.0, correlation: r };
+            let area = SearchArea::new(&prior, &layer([-99.5, 46.5, -98.5, 47.5]), 13).unwrap();
+            // A point at Mahalanobis distance `radius`: the Cholesky factor of the covariance times a unit vector.
+            let (u, v) = (radius * angle.cos(), radius * angle.sin());
+            let (east_m, north_m) = (200.0 * u, 90.0 * (r * u + (1.0 - r * r).sqrt() * v));
+            let point = LocalFrame::at(centre).geodetic_from_enu(crate::geodesy::Enu { east_m, north_m }).unwrap();
+            let pixel = WorldPixel::of(point, 13).unwrap();
+            let (x, y) = (pixel.x_px.round() as i64, pixel.y_px.round() as i64);
+            prop_assert!(area.holds(x, y));
+            prop_assert!(x >= area.left && x < area.left + area.width_px && y >= area.top && y < area.top + area.height_px);
+        }
+    }
+}
