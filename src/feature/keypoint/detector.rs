@@ -39,8 +39,11 @@ pub fn corners(gray: &Gray, mask: &Mask, limit: usize) -> Vec<Corner> {
     let margin = SUPPRESSION_PX + 1;
     for y in margin..height - margin {
         for x in margin..width - margin {
-            let value = response[y * width + x];
-            if value > FLOOR && mask.at(x, y) && is_peak(&response, width, x, y) {
+            let i = y * width + x;
+            let value = response[i];
+            // Most pixels have a higher neighbour right beside them.
+            let nearest = response[i - 1].max(response[i + 1]).max(response[i - width]).max(response[i + width]);
+            if value > FLOOR && value >= nearest && mask.at(x, y) && is_peak(&response, width, x, y) {
                 by_cell[y / CELL_PX * cells.0 + x / CELL_PX].push(refined(&response, width, x, y));
             }
         }

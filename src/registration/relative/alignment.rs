@@ -204,9 +204,11 @@ fn smoothed(gray: &Gray) -> Gray {
     }
     let mut out = rows.clone();
     for y in 2..height.saturating_sub(2) {
+        let row = |j: usize| &rows.row(y + j - 2)[..width];
+        let (a, b, c, d, e) = (row(0), row(1), row(2), row(3), row(4));
+        let target = &mut out.values_mut()[y * width..(y + 1) * width];
         for x in 0..width {
-            let v = |j: usize| rows.at(x, y + j - 2);
-            out.values_mut()[y * width + x] = kernel(v(0), v(1), v(2), v(3), v(4));
+            target[x] = kernel(a[x], b[x], c[x], d[x], e[x]);
         }
     }
     out
