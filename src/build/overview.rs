@@ -41,9 +41,9 @@ pub fn shrink(tile: TileId, children: &[Option<Child>; 4]) -> Result<Option<Tile
 
 /// Writes `from` at half its size with its upper-left corner at `corner`.
 fn halve_into(into: &mut MaskedColour, from: &MaskedColour, corner: (usize, usize)) {
-    let half = from.mask.width_px() / 2;
-    for y in 0..half {
-        for x in 0..half {
+    let (width, height) = (from.mask.width_px() / 2, from.mask.height_px() / 2);
+    for y in 0..height {
+        for x in 0..width {
             let mut sum = [0u32; 3];
             let mut valid = 0;
             for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
