@@ -2,7 +2,7 @@
 
 use super::RasterError;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 /// A decoded rectangle of a source: 8-bit gray, gray + validity, RGB, or RGB + validity, interleaved by `channels`
 /// (1, 2, 3, 4). Validity is 0 or 255; invalid pixels hold zeros.
@@ -40,13 +40,16 @@ pub(super) struct Level {
 pub(super) trait BlockSource: Send + Sync {
     /// Full resolution first, then overviews, finer before coarser.
     fn levels(&self) -> &[Level];
+    /// Whether decoding stays on its thread. Else it may run other work of the same thread pool meanwhile, and no one
+    /// may wait for it: that work could be the one waiting.
+    fn decodes_alone(&self) -> bool;
     /// Decodes one block; `column`, `row` count blocks.
     fn read(&self, level: usize, column: u64, row: u64) -> Result<Block, RasterError>;
 }
 
 /// Decoded blocks of any number of sources, least recently used out first.
 ///
-/// Two threads that want the same block decode it once. The bound holds for what is kept; beyond it stand only the
+/// Two threads that want the same block of a file that is decoded whole decode it once. The bound holds for what is kept; beyond it stand only the
 /// blocks in use, and a single block that is itself larger than the bound.
 pub struct BlockCache {
     capacity_bytes: usize,
@@ -97,14 +100,21 @@ impl BlockCache {
         state.sources
     }
 
-    /// The block of a key, read by `read` where it is not kept. A failed read is not remembered.
+    /// The block of a key, read by `read` where it is not kept. Where another thread is reading it, its result is
+    /// waited for, or, without `may_wait`, it is read once more. A failed read is not remembered.
     pub(super) fn get(
         &self,
         key: BlockKey,
+        may_wait: bool,
         read: impl FnOnce() -> Result<Block, RasterError>,
     ) -> Result<Arc<Block>, RasterError> {
         let slot = self.slot(key);
-        let mut held = slot.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = match slot.try_lock() {
+            Ok(held) => held,
+            Err(TryLockError::Poisoned(held)) => held.into_inner(),
+            Err(TryLockError::WouldBlock) if may_wait => slot.lock().unwrap_or_else(PoisonError::into_inner),
+            Err(TryLockError::WouldBlock) => return read().map(Arc::new),
+        };
         if let Some(block) = &*held {
             return Ok(block.clone());
         }
@@ -171,7 +181,7 @@ mod tests {
                 reads.fetch_add(1, Ordering::Relaxed);
                 Ok(block(100))
             };
-            cache.get((1, 0, n, 0), read).unwrap();
+            cache.get((1, 0, n, 0), true, read).unwrap();
         };
         for n in [1, 2, 1, 3, 1, 2] {
             get(n);
@@ -192,7 +202,7 @@ mod tests {
                         std::thread::sleep(std::time::Duration::from_millis(20));
                         Ok(block(10))
                     };
-                    cache.get((1, 0, 0, 0), read).unwrap();
+                    cache.get((1, 0, 0, 0), true, read).unwrap();
                 });
             }
         });
@@ -203,7 +213,7 @@ mod tests {
     fn forgets_a_failed_read() {
         let cache = BlockCache::new(1000);
         let fail = || Err(RasterError::damaged(Path::new("a.tif"), "torn"));
-        assert!(cache.get((1, 0, 0, 0), fail).is_err());
-        assert!(cache.get((1, 0, 0, 0), || Ok(block(10))).is_ok());
+        assert!(cache.get((1, 0, 0, 0), true, fail).is_err());
+        assert!(cache.get((1, 0, 0, 0), true, || Ok(block(10))).is_ok());
     }
 }

@@ -66,6 +66,10 @@ impl BlockSource for PhotoSource {
         &self.level
     }
 
+    fn decodes_alone(&self) -> bool {
+        true
+    }
+
     fn read(&self, _level: usize, _column: u64, _row: u64) -> Result<Block, RasterError> {
         guarded(&self.path, || {
             let decoder = decoder(&self.path, self.format)?;

@@ -7,7 +7,7 @@ use super::RasterError;
 use super::block::{BlockCache, BlockSource, Level};
 use super::georeference::Georeference;
 use super::mapping::{Cell, Fit, fit};
-use super::window::{Sample, Window};
+use super::window::{Sample, Window, unmultiplied};
 use crate::pixels::{Colour, Mask, MaskedColour};
 use crate::tile::{TILE_SIZE_PX, TileId};
 
@@ -38,7 +38,9 @@ struct Canvas {
     x: i64,
     y: i64,
     zoom: u8,
-    tile: MaskedColour,
+    /// RGB and validity of the tile's pixels, row by row.
+    colour: Vec<u8>,
+    mask: Vec<u8>,
     any_valid: bool,
     window: Window,
     sums: Vec<Sample>,
@@ -54,15 +56,25 @@ impl Warp<'_> {
         if !self.may_touch(zoom, x, y, i64::from(TILE_SIZE_PX)) {
             return Ok(None);
         }
-        let blank = MaskedColour { colour: Colour::black(edge, edge), mask: Mask::filled(edge, edge, false) };
-        let mut canvas =
-            Canvas { x, y, zoom, tile: blank, any_valid: false, window: Window::default(), sums: Vec::new() };
+        let mut canvas = Canvas {
+            x,
+            y,
+            zoom,
+            colour: vec![0; edge * edge * 3],
+            mask: vec![0; edge * edge],
+            any_valid: false,
+            window: Window::default(),
+            sums: Vec::new(),
+        };
         for cell_y in (y..y + edge as i64).step_by(CELL_PX as usize) {
             for cell_x in (x..x + edge as i64).step_by(CELL_PX as usize) {
                 self.fill(&mut canvas, cell_x, cell_y, CELL_PX)?;
             }
         }
-        Ok(canvas.any_valid.then_some(canvas.tile))
+        Ok(canvas.any_valid.then(|| MaskedColour {
+            colour: Colour::from_values(edge, edge, canvas.colour).expect("three values a pixel"),
+            mask: Mask::from_values(edge, edge, canvas.mask).expect("one value a pixel"),
+        }))
     }
 
     /// Whether a square of the world's pixels meets the source's extent, on either side of the antimeridian.
@@ -145,12 +157,13 @@ impl Warp<'_> {
             let [x, y] = cell.at(share(i % PER_AXIS), share(i / PER_AXIS));
             let (column, row) = (x.floor() as i64, y.floor() as i64);
             self.load(&mut canvas.window, level, [column, row, column + 2, row + 2])?;
-            let value = canvas.window.sample(column as f64 + 0.5, row as f64 + 0.5);
+            let centre = [column as f64 + 0.5, row as f64 + 0.5];
+            let value = canvas.window.sample(canvas.window.walk(centre, [0.0; 2]).next_place());
             for c in 0..4 {
                 sum[c] += value[c] / (PER_AXIS * PER_AXIS) as f32;
             }
         }
-        canvas.put_mean(cell.x, cell.y, sum);
+        canvas.put_mean(canvas.index(cell.x, cell.y), sum);
         Ok(())
     }
 
@@ -167,7 +180,8 @@ impl Warp<'_> {
             for row in top / block_height_px..=(bottom - 1) / block_height_px {
                 for column in left / block_width_px..=(right - 1) / block_width_px {
                     let key = (self.source_key, level, column, row);
-                    let block = self.cache.get(key, || self.source.read(level, column, row))?;
+                    let block =
+                        self.cache.get(key, self.source.decodes_alone(), || self.source.read(level, column, row))?;
                     let corner = ((column * block_width_px) as i64, (row * block_height_px) as i64);
                     all_valid &= window.paste(&block, corner.0, corner.1);
                 }
@@ -182,13 +196,12 @@ impl Canvas {
     fn interpolate(&mut self, cell: &Cell) {
         let size = cell.size as f64;
         for j in 0..cell.size {
-            let ty = (j as f64 + 0.5) / size;
-            let (start, end) = (cell.at(0.0, ty), cell.at(1.0, ty));
-            let step = [(end[0] - start[0]) / size, (end[1] - start[1]) / size];
-            for i in 0..cell.size {
-                let t = i as f64 + 0.5;
-                if let Some(rgb) = self.window.interpolate(start[0] + step[0] * t, start[1] + step[1] * t) {
-                    self.put(cell.x + i, cell.y + j, rgb);
+            let (start, step) = row_of(cell, (j as f64 + 0.5) / size, size);
+            let mut walk = self.window.walk(start, step);
+            let first = self.index(cell.x, cell.y + j);
+            for i in first..first + cell.size as usize {
+                if let Some(sample) = self.window.interpolate(walk.next_place()) {
+                    self.put(i, sample);
                 }
             }
         }
@@ -197,44 +210,55 @@ impl Canvas {
     /// Means of `across` x `down` samples over each pixel of the cell.
     fn average(&mut self, cell: &Cell, across: usize, down: usize) {
         let size = cell.size as usize;
-        let (columns, rows) = (size * across, size * down);
         let share = 1.0 / (across * down) as f32;
         for j in 0..size {
             self.sums.clear();
             self.sums.resize(size, [0.0; 4]);
             for sub in 0..down {
-                let ty = ((j * down + sub) as f64 + 0.5) / rows as f64;
-                let (start, end) = (cell.at(0.0, ty), cell.at(1.0, ty));
-                let step = [(end[0] - start[0]) / columns as f64, (end[1] - start[1]) / columns as f64];
-                for (i, sum) in self.sums.iter_mut().enumerate() {
-                    for sub in 0..across {
-                        let t = (i * across + sub) as f64 + 0.5;
-                        let value = self.window.sample(start[0] + step[0] * t, start[1] + step[1] * t);
+                let ty = ((j * down + sub) as f64 + 0.5) / (size * down) as f64;
+                let (start, step) = row_of(cell, ty, (size * across) as f64);
+                let mut walk = self.window.walk(start, step);
+                for sum in &mut self.sums {
+                    for _ in 0..across {
+                        let value = self.window.sample(walk.next_place());
                         for c in 0..4 {
-                            sum[c] += value[c] * share;
+                            sum[c] += value[c];
                         }
                     }
                 }
             }
+            let first = self.index(cell.x, cell.y + j as i64);
             for i in 0..size {
-                let mean = self.sums[i];
-                self.put_mean(cell.x + i as i64, cell.y + j as i64, mean);
+                let mean = self.sums[i].map(|v| v * share);
+                self.put_mean(first + i, mean);
             }
         }
     }
 
+    /// Where a pixel of the world stands in the tile.
+    fn index(&self, x: i64, y: i64) -> usize {
+        (y - self.y) as usize * TILE_SIZE_PX as usize + (x - self.x) as usize
+    }
+
     /// A premultiplied mean: kept where at least half of the pixel's area is valid (less rounding).
-    fn put_mean(&mut self, x: i64, y: i64, mean: Sample) {
-        if mean[3] >= 0.4999 {
-            self.put(x, y, [mean[0] / mean[3], mean[1] / mean[3], mean[2] / mean[3]]);
+    fn put_mean(&mut self, index: usize, mean: Sample) {
+        if mean[3] >= 127.4 {
+            self.put(index, unmultiplied(mean));
         }
     }
 
-    fn put(&mut self, x: i64, y: i64, rgb: [f32; 3]) {
-        let (column, row) = ((x - self.x) as usize, (y - self.y) as usize);
-        // `as` saturates: cubic convolution overshoots.
-        self.tile.colour.set(column, row, rgb.map(|v| (v + 0.5) as u8));
-        self.tile.mask.set(column, row, true);
+    fn put(&mut self, index: usize, colour: Sample) {
+        // Cubic convolution overshoots. Adding 2^23 leaves the value, rounded, in the lowest bits.
+        let bytes = colour.map(|v| (v.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8);
+        self.colour[index * 3..index * 3 + 3].copy_from_slice(&bytes[..3]);
+        self.mask[index] = bytes[3];
         self.any_valid = true;
     }
+}
+
+/// The first of `count` positions along a row of a cell, and the step between them.
+fn row_of(cell: &Cell, ty: f64, count: f64) -> ([f64; 2], [f64; 2]) {
+    let (start, end) = (cell.at(0.0, ty), cell.at(1.0, ty));
+    let step = [(end[0] - start[0]) / count, (end[1] - start[1]) / count];
+    ([start[0] + step[0] / 2.0, start[1] + step[1] / 2.0], step)
 }

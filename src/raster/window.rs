@@ -1,10 +1,11 @@
 //! `Window`: a rectangle of source pixels as floats, and values between its pixels.
 //!
-//! Colours are premultiplied by validity (0 or 1), so that a missing pixel weighs nothing and never bleeds.
+//! Colours are premultiplied by validity, so that a missing pixel weighs nothing and never bleeds.
 
 use super::block::Block;
 
-/// Red, green, blue in [0, 255], each times the validity in the last place.
+/// Red, green, blue in [0, 255], zero where missing; in the last place 255 where valid, 0 where missing. All four are
+/// carried through, so that the compiler fills a vector register with them.
 pub(super) type Sample = [f32; 4];
 
 /// A rectangle of one level of a source; what lies outside the image is invalid.
@@ -59,61 +60,112 @@ impl Window {
         self.all_valid = all_valid;
     }
 
+    /// The positions `start + i * step` (level pixels), as this window counts.
+    pub fn walk(&self, start: [f64; 2], step: [f64; 2]) -> Walk {
+        let corner = [self.x0 as f64 + 0.5, self.y0 as f64 + 0.5];
+        let fixed = |v: f64| (v * ONE) as i64;
+        Walk { at: [0, 1].map(|i| fixed(start[i] - corner[i])), step: step.map(fixed) }
+    }
+
     /// Cubic convolution (Keys, a = -1/2) where all sixteen neighbours are valid, else bilinear over the valid ones of
-    /// four; `None` where the pixel that holds the position is missing. Positions in level pixels.
-    pub fn interpolate(&self, x_px: f64, y_px: f64) -> Option<[f32; 3]> {
-        let (x, y) = (x_px - 0.5 - self.x0 as f64, y_px - 0.5 - self.y0 as f64);
-        let (column, row) = (x.floor(), y.floor());
-        let (fx, fy) = ((x - column) as f32, (y - row) as f32);
-        let (column, row) = (column as usize, row as usize);
-        let (wx, wy) = (keys(fx), keys(fy));
-        let first = (row - 1) * self.width_px + column - 1;
+    /// four; `None` where the pixel that holds the position is missing. Positions lie two pixels inside the window.
+    // Inlined, or its result passes through memory and stalls: 2 x slower.
+    #[inline(always)]
+    pub fn interpolate(&self, at: Place) -> Option<Sample> {
+        let first = (at.row - 1) * self.width_px + at.column - 1;
+        if !self.all_valid && !self.is_valid_around(first) {
+            return self.bilinear_of_valid(at);
+        }
+        let (wx, wy) = (keys(at.fx), keys(at.fy));
         let mut sum = [0.0f32; 4];
         for (j, weight_y) in wy.into_iter().enumerate() {
             let taps: &[Sample; 4] = self.values[first + j * self.width_px..][..4].try_into().expect("four of them");
-            if !self.all_valid && taps.iter().any(|t| t[3] == 0.0) {
-                return self.bilinear_of_valid(column, row, fx, fy);
+            let mut line = [0.0f32; 4];
+            for (tap, weight_x) in taps.iter().zip(wx) {
+                for c in 0..4 {
+                    line[c] += tap[c] * weight_x;
+                }
             }
             for c in 0..4 {
-                let line = taps[0][c] * wx[0] + taps[1][c] * wx[1] + taps[2][c] * wx[2] + taps[3][c] * wx[3];
-                sum[c] += line * weight_y;
+                sum[c] += line[c] * weight_y;
             }
         }
-        Some([sum[0], sum[1], sum[2]])
+        Some(sum)
     }
 
-    fn bilinear_of_valid(&self, column: usize, row: usize, fx: f32, fy: f32) -> Option<[f32; 3]> {
-        let nearest = (row + usize::from(fy >= 0.5)) * self.width_px + column + usize::from(fx >= 0.5);
+    #[inline(never)]
+    fn is_valid_around(&self, first: usize) -> bool {
+        (0..4).all(|j| self.values[first + j * self.width_px..][..4].iter().all(|tap| tap[3] != 0.0))
+    }
+
+    #[cold]
+    fn bilinear_of_valid(&self, at: Place) -> Option<Sample> {
+        let nearest = (at.row + usize::from(at.fy >= 0.5)) * self.width_px + at.column + usize::from(at.fx >= 0.5);
         if self.values[nearest][3] == 0.0 {
             return None;
         }
         // The nearest pixel is valid and weighs at least a quarter.
-        let sum = self.bilinear(row * self.width_px + column, fx, fy);
-        Some([sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3]])
+        let sum = self.sample(at);
+        Some(unmultiplied(sum))
     }
 
-    /// Bilinear sample, premultiplied. Position in level pixels.
-    pub fn sample(&self, x_px: f64, y_px: f64) -> Sample {
-        let (x, y) = (x_px - 0.5 - self.x0 as f64, y_px - 0.5 - self.y0 as f64);
-        let (column, row) = (x as usize, y as usize);
-        self.bilinear(row * self.width_px + column, (x - column as f64) as f32, (y - row as f64) as f32)
-    }
-
-    fn bilinear(&self, first: usize, fx: f32, fy: f32) -> Sample {
+    /// Bilinear sample, premultiplied.
+    #[inline(always)]
+    pub fn sample(&self, at: Place) -> Sample {
+        let first = at.row * self.width_px + at.column;
         let top: &[Sample; 2] = self.values[first..][..2].try_into().expect("two of them");
         let bottom: &[Sample; 2] = self.values[first + self.width_px..][..2].try_into().expect("two of them");
-        std::array::from_fn(|c| {
-            let upper = top[0][c] + (top[1][c] - top[0][c]) * fx;
-            let lower = bottom[0][c] + (bottom[1][c] - bottom[0][c]) * fx;
-            upper + (lower - upper) * fy
-        })
+        let mut sum = [0.0f32; 4];
+        for c in 0..4 {
+            let upper = top[0][c] + (top[1][c] - top[0][c]) * at.fx;
+            let lower = bottom[0][c] + (bottom[1][c] - bottom[0][c]) * at.fx;
+            sum[c] = upper + (lower - upper) * at.fy;
+        }
+        sum
     }
+}
+
+/// 1 in the fixed point of a [`Walk`]: 32 bits before it and 32 behind, so that a step costs two additions and a
+/// position's parts two shifts.
+const ONE: f64 = 4_294_967_296.0;
+
+/// Equally spaced positions in a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walk {
+    at: [i64; 2],
+    step: [i64; 2],
+}
+
+/// A position between four pixels of a window: the upper left one, and how far beyond its centre, in [0, 1).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    column: usize,
+    row: usize,
+    fx: f32,
+    fy: f32,
+}
+
+impl Walk {
+    /// The position that is reached, and one step on.
+    pub fn next_place(&mut self) -> Place {
+        let [x, y] = self.at;
+        self.at = [x.wrapping_add(self.step[0]), y.wrapping_add(self.step[1])];
+        // 24 bits are what an f32 holds.
+        let fraction = |v: i64| ((v as u32) >> 8) as i32 as f32 * (1.0 / 16_777_216.0);
+        Place { column: (x >> 32) as usize, row: (y >> 32) as usize, fx: fraction(x), fy: fraction(y) }
+    }
+}
+
+/// The colour of a premultiplied mean that is not wholly missing, its last place 255.
+pub(super) fn unmultiplied(mean: Sample) -> Sample {
+    let scale = 255.0 / mean[3];
+    mean.map(|v| v * scale)
 }
 
 fn copy<const N: usize>(target: &mut [Sample], source: &[u8], rgbv: impl Fn([u8; N]) -> [u8; 4]) {
     for (to, from) in target.iter_mut().zip(source.chunks_exact(N)) {
         let [r, g, b, v] = rgbv(from.try_into().expect("chunks of N"));
-        *to = [f32::from(r), f32::from(g), f32::from(b), if v == 0 { 0.0 } else { 1.0 }];
+        *to = [f32::from(r), f32::from(g), f32::from(b), f32::from(v)];
     }
 }
 
@@ -152,9 +204,10 @@ mod tests {
             let window = ramp(&missing);
             for (x, y) in [(2.5, 2.5), (3.1, 2.9), (2.75, 3.25)] {
                 let expected = (10.0 * (x - 0.5) + (y - 0.5)) as f32;
-                let value = window.interpolate(x, y).unwrap()[0];
+                let at = window.walk([x, y], [0.0; 2]).next_place();
+                let value = window.interpolate(at).unwrap()[0];
                 assert!((value - expected).abs() < 1e-4, "{x} {y}: {value} for {expected}");
-                assert!((window.sample(x, y)[0] - expected).abs() < 1e-4);
+                assert!((window.sample(at)[0] - expected).abs() < 1e-4);
             }
         }
     }
@@ -162,11 +215,12 @@ mod tests {
     #[test]
     fn a_missing_pixel_weighs_nothing() {
         let window = ramp(&[(3, 3)]);
-        assert_eq!(window.interpolate(3.6, 3.4), None);
+        let at = |x: f64, y: f64| window.walk([x, y], [0.0; 2]).next_place();
+        assert_eq!(window.interpolate(at(3.6, 3.4)), None);
         // Half way to the missing pixel's neighbour: the neighbour's own value, not a mixture with black.
-        let value = window.interpolate(4.05, 3.5).unwrap()[0];
+        let value = window.interpolate(at(4.05, 3.5)).unwrap()[0];
         assert!((value - 43.0).abs() < 1e-4, "{value}");
-        let half = window.sample(4.0, 3.5);
-        assert!((half[3] - 0.5).abs() < 1e-6 && (half[0] / half[3] - 43.0).abs() < 1e-4);
+        let half = window.sample(at(4.0, 3.5));
+        assert!((half[3] - 127.5).abs() < 1e-4 && (unmultiplied(half)[0] - 43.0).abs() < 1e-4);
     }
 }

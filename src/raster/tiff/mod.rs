@@ -99,6 +99,11 @@ impl BlockSource for TiffSource {
         &self.levels
     }
 
+    /// JPEG tiles are decoded with the help of rayon's pool.
+    fn decodes_alone(&self) -> bool {
+        self.base().compression() != 7
+    }
+
     fn read(&self, level: usize, column: u64, row: u64) -> Result<Block, RasterError> {
         guarded(&self.path, || self.read_unguarded(level, column, row))
     }
