@@ -1,6 +1,7 @@
 //! Reading orthophotos: files in, masked colour tiles of the tile matrix out.
 //!
-//! GeoTIFF and COG are read by blocks, PNG and JPEG (with a world file) whole. Nothing here writes a file.
+//! GeoTIFF and COG are read by blocks, PNG and JPEG (with a world file) whole, and with the cargo feature `gdal` all that
+//! GDAL reads. Nothing here writes a file.
 
 mod affine;
 mod block;
@@ -8,6 +9,8 @@ mod date;
 mod error;
 mod find;
 mod frame;
+#[cfg(feature = "gdal")]
+mod gdal;
 mod gdal_metadata;
 mod georeference;
 mod mapping;

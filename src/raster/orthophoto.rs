@@ -140,11 +140,17 @@ impl Opened {
         let file = std::fs::File::open(path).map_err(|e| RasterError::io(path, e))?;
         file.take(8).read_to_end(&mut start).map_err(|e| RasterError::io(path, e))?;
         match start.as_slice() {
-            [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Self::tiff(path, options),
+            [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => match Self::tiff(path, options) {
+                Err(error @ RasterError::Unsupported { .. }) => Self::other(path, options, error),
+                known => known,
+            },
             [0x89, b'P', b'N', b'G', ..] => Self::photo(path, ImageFormat::Png, options),
             [0xFF, 0xD8, 0xFF, ..] => Self::photo(path, ImageFormat::Jpeg, options),
             [] => Err(RasterError::Format { path: path.into(), reason: "it is empty".into() }),
-            other => Err(RasterError::Format { path: path.into(), reason: format!("it starts with {other:02x?}") }),
+            other => {
+                let reason = format!("it starts with {other:02x?}");
+                Self::other(path, options, RasterError::Format { path: path.into(), reason })
+            }
         }
     }
 
@@ -159,5 +165,18 @@ impl Opened {
         let source = PhotoSource::open(path, format, options)?;
         let (format, acquired) = (source.format_name().to_string(), source.acquired());
         Ok(Self { source: Box::new(source), format, affine: None, crs: None, acquired })
+    }
+
+    /// What GDAL makes of a file that is not read here.
+    #[cfg(feature = "gdal")]
+    fn other(path: &Path, options: &OpenOptions, _refusal: RasterError) -> Result<Self, RasterError> {
+        let source = super::gdal::GdalSource::open(path, options)?;
+        let (affine, crs) = source.placement(options.crs.is_some())?;
+        Ok(Self { format: source.format_name(), source: Box::new(source), affine, crs, acquired: None })
+    }
+
+    #[cfg(not(feature = "gdal"))]
+    fn other(_path: &Path, _options: &OpenOptions, refusal: RasterError) -> Result<Self, RasterError> {
+        Err(refusal)
     }
 }

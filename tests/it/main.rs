@@ -10,6 +10,7 @@ mod http;
 mod kill;
 mod layers;
 mod onboard;
+mod hostile_orthophotos;
 mod orthophotos;
 mod reference;
 mod store;
