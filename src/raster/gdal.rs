@@ -54,7 +54,6 @@ impl GdalSource {
             levels.push(level(first.overview(i).map_err(failed)?.size()));
         }
         let shown = shown(&dataset).map_err(failed)?;
-        drop(first);
         Ok(Self { path: path.into(), dataset: Mutex::new(dataset), levels, shown, stretch })
     }
 

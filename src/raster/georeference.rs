@@ -33,6 +33,21 @@ impl Georeference {
             return Err(RasterError::bad_georeference(path, format!("{fault}; set it with gdal_edit.py -a_ullr")));
         }
         let size_px = (width_px as f64, height_px as f64);
+        let corners =
+            [(0.0, 0.0), (size_px.0, 0.0), (0.0, size_px.1), size_px].map(|(x, y)| affine.plane_from_pixel(x, y));
+        let spread = |i: fn(&(f64, f64)) -> f64| {
+            let values = corners.iter().map(i);
+            values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+        };
+        // Five times round the earth in feet; once round in degrees.
+        let most = if crs.is_geographic() { 361.0 } else { 7e8 };
+        let wide = spread(|c| c.0).max(spread(|c| c.1));
+        if wide.is_nan() || wide > most {
+            let reason = format!(
+                "the image would be {wide:e} of the CRS's units wide; is the CRS right? pass it with --crs EPSG"
+            );
+            return Err(RasterError::bad_georeference(path, reason));
+        }
         let (centre_x, _) = affine.plane_from_pixel(size_px.0 / 2.0, size_px.1 / 2.0);
         let mut this = Self { affine, crs, size_px, centre_x, outline: Vec::new(), gsd_m_per_px: 0.0, world: [0.0; 4] };
         let off_earth = |e: crate::geodesy::CrsError| {
