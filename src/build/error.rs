@@ -34,7 +34,7 @@ pub enum BuildError {
     #[error("no source given and no unfinished build to go on with; name files or folders of orthophotos")]
     NoSources,
     /// Every source was left out.
-    #[error("no usable source: {}", list(rejected))]
+    #[error("no usable source:{}", list(rejected))]
     NothingUsable {
         /// Each with its reason.
         rejected: Vec<Rejected>,
@@ -130,7 +130,7 @@ impl BuildError {
     /// Whether the input is at fault, and not the work: exit code 2.
     pub fn is_unusable_input(&self) -> bool {
         match self {
-            Self::Store(error) => matches!(error, StoreError::LayerName { .. } | StoreError::NotAStore { .. }),
+            Self::Store(error) => error.is_unusable_input(),
             Self::SourceGone { .. } | Self::Cancelled => false,
             _ => true,
         }

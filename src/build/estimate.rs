@@ -23,6 +23,8 @@ pub struct Estimate {
     pub min_zoom: u8,
     /// Sources it would have.
     pub sources: usize,
+    /// Of these, the ones without an acquisition date.
+    pub undated_sources: usize,
     /// Base tiles to compute.
     pub base_tiles: usize,
     /// Overviews to compute.
@@ -68,6 +70,7 @@ pub fn estimate(plan: &Plan, threads: usize, rejected: Vec<Rejected>) -> Result<
         base_zoom: plan.declaration.base_zoom,
         min_zoom: plan.declaration.min_zoom,
         sources: plan.declaration.sources.len(),
+        undated_sources: plan.undated_sources(),
         base_tiles,
         overview_tiles,
         kept_tiles: plan.wanted.len() - plan.jobs(),

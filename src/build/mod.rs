@@ -55,6 +55,8 @@ pub struct Summary {
     pub min_zoom: u8,
     /// Sources it is made of.
     pub sources: usize,
+    /// Of these, the ones without an acquisition date.
+    pub undated_sources: usize,
     /// Tiles computed in this run.
     pub computed_tiles: usize,
     /// Tiles that stayed as they were.
@@ -220,13 +222,15 @@ fn summarise(
         base_zoom: layer.base_zoom,
         min_zoom: layer.min_zoom,
         sources: plan.declaration.sources.len(),
+        undated_sources: plan.undated_sources(),
         computed_tiles: plan.jobs(),
         kept_tiles: plan.wanted.len() - plan.jobs(),
         removed_tiles: plan.unwanted,
         tiles: layer.tiles,
         bytes: reader.bytes(),
         digest: reader.digest().to_owned(),
-        source_megapixels: given.iter().map(|g| g.pixels as f64).sum::<f64>() / 1e6,
+        // Not `sum`: of nothing that is -0.
+        source_megapixels: given.iter().fold(0.0, |sum, g| sum + g.pixels as f64) / 1e6,
         elapsed_s: start.elapsed().as_secs_f64(),
         rejected,
     })

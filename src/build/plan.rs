@@ -61,6 +61,11 @@ impl Plan {
         Ok(Self { declaration, wanted, base, overviews, unwanted, up_to_date })
     }
 
+    /// Sources without an acquisition date.
+    pub fn undated_sources(&self) -> usize {
+        self.declaration.sources.iter().filter(|source| source.acquired.is_none()).count()
+    }
+
     /// Tiles to compute.
     pub fn jobs(&self) -> usize {
         self.base.len() + self.overviews.iter().map(Vec::len).sum::<usize>()

@@ -3,23 +3,37 @@
 use super::{Exit, Failure, Output};
 use overfly::build::{self, BuildError, Estimate, Progress, Rejected, Request, Summary};
 use overfly::store::remove_layer;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+const HELP: &str = "\
+A layer is one epoch of imagery; a store holds as many as you like. Running build again on a layer adds to it, and goes
+on where a stopped build ended. Within a layer the newest source covers; those without a date lie lowest.
+
+Examples:
+  overfly build --db map.gpkg photos/ --dry-run
+  overfly build --db map.gpkg photos/2018 --layer y2018 --date 2018-07-16 --horizontal-error-m 1.5
+  overfly build --db map.gpkg scene_16bit.tif --stretch 0,4000
+  overfly build --db map.gpkg --layer y2018 --remove-source photos/2018/old.tif
+
+Exit codes: 0 done; 1 failed, or a source was left out; 2 nothing usable.";
+
 /// Arguments.
 #[derive(clap::Args)]
+#[command(after_help = HELP)]
 pub struct Args {
     /// The store (a GeoPackage); made where there is none.
     #[arg(long, value_name = "FILE")]
     db: PathBuf,
-    /// Orthophotos (GeoTIFF, COG, PNG or JPEG with world file), or folders to walk. The newest covers. A source at the
-    /// same path with other content replaces the old one.
+    /// Orthophotos (GeoTIFF, COG, PNG or JPEG with world file), or folders to walk. A source at the same path with
+    /// other content replaces the old one.
     #[arg(value_name = "SOURCE")]
     sources: Vec<PathBuf>,
-    /// Layer: one epoch of imagery.
+    /// Layer to build.
     #[arg(long, default_value = "ortho", value_name = "NAME")]
     layer: String,
-    /// Base zoom [default: what keeps the finest source's resolution]
+    /// Finest zoom level, of Web Mercator tiles of 512 px, 0 to 23 [default: what keeps the finest source's resolution]
     #[arg(long, value_name = "Z")]
     zoom: Option<u8>,
     /// Acquisition date of the given sources, YYYY-MM-DD [default: their metadata's, else unknown, the oldest]
@@ -28,10 +42,10 @@ pub struct Args {
     /// EPSG code of the given sources, over what they say.
     #[arg(long, value_name = "EPSG")]
     crs: Option<u32>,
-    /// Values shown as black and white; needed for more than 8 bits.
+    /// Values shown as black and white; needed where a sample has more than 8 bits.
     #[arg(long, value_name = "LO,HI", value_parser = parse_stretch, allow_hyphen_values = true)]
     stretch: Option<(f64, f64)>,
-    /// One standard deviation per axis of the given sources' positions, added to every fix made on them [default: 0]
+    /// One standard deviation per axis, metres, of the given sources' positions: added to every fix made on them [default: 0]
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     horizontal_error_m: Option<f64>,
     /// Threads that warp and encode [default: all cores]
@@ -63,6 +77,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.dry_run {
         let estimate = build::dry_run(&request).map_err(fail)?;
         name_rejected(output, &estimate.rejected);
+        name_undated(output, estimate.undated_sources, estimate.sources);
         output.say(&estimate, || describe_estimate(&estimate));
         return Ok(exit(&estimate.rejected));
     }
@@ -76,6 +91,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     bar.finish_and_clear();
     let summary = outcome.map_err(fail)?;
     name_rejected(output, &summary.rejected);
+    name_undated(output, summary.undated_sources, summary.sources);
     output.say(&summary, || describe(&summary));
     Ok(exit(&summary.rejected))
 }
@@ -106,18 +122,47 @@ fn exit(rejected: &[Rejected]) -> Exit {
     if rejected.is_empty() { Exit::Done } else { Exit::Failed }
 }
 
+/// Sources left out that are named one by one, of each kind; `--json` lists all.
+const NAMED: usize = 3;
+
 fn name_rejected(output: &Output, rejected: &[Rejected]) {
+    let mut by_code: BTreeMap<&str, Vec<&Rejected>> = BTreeMap::new();
     for one in rejected {
-        output.note(&format!("left out [{}]: {}", one.code, one.message));
+        by_code.entry(one.code).or_default().push(one);
     }
+    for (code, these) in by_code {
+        for one in these.iter().take(NAMED) {
+            output.note(&format!("left out [{code}]: {}", one.message));
+        }
+        if let Some(more) = these.len().checked_sub(NAMED).filter(|&more| more > 0) {
+            output.note(&format!("left out [{code}]: {more} more, which --json lists"));
+        }
+    }
+}
+
+fn name_undated(output: &Output, undated: usize, sources: usize) {
+    if undated > 0 {
+        let order = if undated > 1 { "; among themselves their order says nothing of their age" } else { "" };
+        let which = if sources == 1 { "the source has".into() } else { format!("{undated} of {sources} sources have") };
+        output.note(&format!("note: {which} no date, so counts as the oldest{order}: give each its --date"));
+    }
+}
+
+/// A number of sources for people.
+fn sources_text(sources: usize) -> String {
+    if sources == 1 { "1 source".into() } else { format!("{sources} sources") }
 }
 
 fn describe(summary: &Summary) -> String {
     let Summary { layer, sources, tiles, computed_tiles, kept_tiles, removed_tiles, .. } = summary;
-    let rate = summary.source_megapixels / summary.elapsed_s.max(1e-3);
+    let sources = sources_text(*sources);
+    let rate = match summary.source_megapixels / summary.elapsed_s.max(1e-3) {
+        rate if *computed_tiles > 0 && rate > 0.0 => format!(" ({rate:.1} source megapixels/s)"),
+        _ => String::new(),
+    };
     format!(
-        "{}: layer {layer} of {sources} sources, {tiles} tiles at zoom {} to {}\n\
-         {computed_tiles} computed, {kept_tiles} kept, {removed_tiles} removed in {:.1} s ({rate:.1} source megapixels/s)\n\
+        "{}: layer {layer} of {sources}, {tiles} tiles at zoom {} to {}\n\
+         {computed_tiles} computed, {kept_tiles} kept, {removed_tiles} removed in {:.1} s{rate}\n\
          {:.1} MB, digest {}",
         summary.db.display(),
         summary.min_zoom,
@@ -130,8 +175,9 @@ fn describe(summary: &Summary) -> String {
 
 fn describe_estimate(estimate: &Estimate) -> String {
     let Estimate { layer, sources, base_tiles, overview_tiles, kept_tiles, removed_tiles, .. } = estimate;
+    let sources = sources_text(*sources);
     format!(
-        "layer {layer} of {sources} sources at zoom {} to {}\n\
+        "layer {layer} of {sources} at zoom {} to {}\n\
          to compute: {base_tiles} base tiles and {overview_tiles} overviews; {kept_tiles} kept, {removed_tiles} removed\n\
          about {:.1} MB and {:.1} s; nothing was written",
         estimate.min_zoom,

@@ -5,54 +5,70 @@ use overfly::locate::candidates::{CandidateParameters, Candidates, candidates};
 use overfly::store::Reader;
 use std::path::PathBuf;
 
+const HELP: &str = "\
+The image's centre lies anywhere within half the image, half the inaccuracy and the drift of the given position (the
+paper's sequential mode), or within the 99.7 % ellipse of the given standard deviations, widened by the image.
+
+Examples:
+  overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
+      --across-m 400 --along-m 300 --inaccuracy-m 20 --drift-m 250
+  overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
+      --across-m 400 --along-m 300 --sigma-east-m 80 --sigma-north-m 50 --max-tiles 10 --json";
+
 /// Arguments: the HTTP parameters by the same names.
 #[derive(clap::Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, after_help = HELP)]
 pub struct Args {
     /// The store.
     #[arg(long, value_name = "FILE")]
     db: PathBuf,
     /// Most likely position of the image's centre, degrees north.
-    #[arg(long)]
+    #[arg(long, value_name = "DEG")]
     latitude_deg: f64,
     /// Most likely position of the image's centre, degrees east.
-    #[arg(long)]
+    #[arg(long, value_name = "DEG")]
     longitude_deg: f64,
     /// Direction of the image's upper edge, clockwise from true north, [0, 360).
-    #[arg(long)]
+    #[arg(long, value_name = "DEG")]
     heading_deg: f64,
-    /// a: the image's ground extent across the heading.
-    #[arg(long)]
+    /// The image's extent on the ground across the heading, metres (the paper's a).
+    #[arg(long, value_name = "M")]
     across_m: f64,
-    /// b: the image's ground extent along the heading.
-    #[arg(long)]
+    /// The image's extent on the ground along the heading, metres (the paper's b).
+    #[arg(long, value_name = "M")]
     along_m: f64,
-    /// I: full width of the last fix's error.
-    #[arg(long)]
+    /// Full width of the last fix's error, metres (the paper's I).
+    #[arg(
+        long,
+        required_unless_present = "sigma_east_m",
+        requires = "drift_m",
+        conflicts_with = "sigma_east_m",
+        value_name = "M"
+    )]
     inaccuracy_m: Option<f64>,
-    /// D_T: drift since the last fix, one-sided.
-    #[arg(long)]
+    /// Drift since the last fix to either side, metres (the paper's D_T).
+    #[arg(long, requires = "inaccuracy_m", value_name = "M")]
     drift_m: Option<f64>,
-    /// Instead of inaccuracy and drift: one standard deviation towards east.
-    #[arg(long)]
+    /// Instead of inaccuracy and drift: one standard deviation towards east, metres.
+    #[arg(long, requires = "sigma_north_m", value_name = "M")]
     sigma_east_m: Option<f64>,
-    /// One standard deviation towards north.
-    #[arg(long)]
+    /// One standard deviation towards north, metres.
+    #[arg(long, requires = "sigma_east_m", value_name = "M")]
     sigma_north_m: Option<f64>,
-    /// Correlation of both [default: 0].
-    #[arg(long)]
+    /// Correlation of both, in (-1, 1) [default: 0].
+    #[arg(long, value_name = "R")]
     correlation: Option<f64>,
-    /// sequential, parallel or combined [default: sequential].
-    #[arg(long)]
+    /// Coupling mode; this version answers for sequential [default: sequential].
+    #[arg(long, value_name = "MODE")]
     mode: Option<String>,
     /// Which layer [default: the only one, or ortho].
-    #[arg(long)]
+    #[arg(long, value_name = "NAME")]
     layer: Option<String>,
     /// Return only this many of the best.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     max_tiles: Option<u64>,
-    /// Chooses the coarsest level whose pixels are no larger [default: the base level].
-    #[arg(long)]
+    /// Chooses the coarsest level whose pixels are no larger than this [default: the base level].
+    #[arg(long, value_name = "M_PER_PX")]
     gsd_m_per_px: Option<f64>,
 }
 
@@ -88,6 +104,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn table(answer: &Candidates) -> String {
+    if answer.tiles.is_empty() {
+        return "no tile: the region to search lies outside the layer (`overfly info` says what it covers)".into();
+    }
     let mut lines = vec![format!(
         "{:<28} {:>11} {:>9} {:>15} {:>9}  acquired",
         "tile", "probability", "keypoints", "distinctiveness", "m/px"
@@ -104,7 +123,7 @@ fn table(answer: &Candidates) -> String {
         )
     }));
     lines.push(format!(
-        "{} tiles hold the image's centre with probability {:.4}; nominal count {:.2}; about {:.2} s to search",
+        "{} tile(s) hold the image's centre with probability {:.4}; nominal count {:.2}; about {:.2} s to search",
         answer.tiles.len(),
         answer.containment,
         answer.nominal_count,

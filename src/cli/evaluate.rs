@@ -21,8 +21,23 @@ pub enum Evaluate {
     Motions(Motions),
 }
 
+const FIXES_HELP: &str = "\
+A flight is a folder: flight.csv (image,time_s,true_latitude_deg,true_longitude_deg,true_heading_deg,height_agl_m,
+heading_deg,pitch_deg,roll_deg; heading_deg and height_agl_m are what the sensors say), camera.toml, and the images.
+Right: accepted and within --right-m of the truth. False: accepted and not right. No fix is neither.
+
+Example:
+  overfly evaluate fixes --db map.gpkg --flight flights/0716 --prior-error-m 300 --out scored";
+const MOTIONS_HELP: &str = "\
+The pairs file: image_a,image_b,overlap_percent,m00,m01,m02,m10,m11,m12; images beside the file; the 2 x 3 matrix takes a
+point of image b to image a, in pixels counted from the corner. Right: within 1 px at the image's centre.
+
+Example:
+  overfly evaluate motions --pairs pairs.csv --out scored";
+
 /// Arguments of `evaluate fixes`.
 #[derive(clap::Args)]
+#[command(after_help = FIXES_HELP)]
 pub struct Fixes {
     /// The store.
     #[arg(long, value_name = "FILE")]
@@ -31,22 +46,22 @@ pub struct Fixes {
     #[arg(long, value_name = "DIR")]
     flight: PathBuf,
     /// Which layer [default: the only one, or ortho].
-    #[arg(long)]
+    #[arg(long, value_name = "NAME")]
     layer: Option<String>,
-    /// The prior is displaced by a uniform error of up to this per axis.
+    /// The prior is displaced by a uniform error of up to this per axis, metres.
     #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
     prior_error_m: f64,
-    /// Of the displacements.
+    /// Seed of the displacements: the same seed, the same priors.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// What counts as right [default: 3 ground pixels of the coarsest source].
+    /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
     #[arg(long, value_name = "M", value_parser = positive)]
     right_m: Option<f64>,
-    /// One standard deviation stated for the heading.
-    #[arg(long, value_parser = positive, default_value_t = 3.0)]
+    /// One standard deviation stated for the heading, degrees.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
     heading_sigma_deg: f64,
-    /// One standard deviation stated for the height.
-    #[arg(long, value_parser = positive, default_value_t = 0.03)]
+    /// One standard deviation stated for the height, as a ratio of it.
+    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
     height_sigma_ratio: f64,
     /// State no heading.
     #[arg(long)]
@@ -57,13 +72,14 @@ pub struct Fixes {
     /// Threads of each search.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
-    /// Write fixes.csv here.
+    /// Write fixes.csv here: a row per frame, from which others can recompute the score.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
 /// Arguments of `evaluate motions`.
 #[derive(clap::Args)]
+#[command(after_help = MOTIONS_HELP)]
 pub struct Motions {
     /// The pairs file.
     #[arg(long, value_name = "FILE")]
@@ -71,7 +87,7 @@ pub struct Motions {
     /// Pairs registered at a time; more than one disturbs the times.
     #[arg(long, value_name = "N", default_value_t = NonZeroUsize::MIN)]
     threads: NonZeroUsize,
-    /// Write motions.csv here.
+    /// Write motions.csv here: a row per pair.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

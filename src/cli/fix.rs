@@ -10,9 +10,22 @@ use overfly::raster::read_frame;
 use overfly::store::Reader;
 use std::path::PathBuf;
 
+const HELP: &str = "\
+Say what the aircraft knows. A position and a heading make the search small and quick; the scale, either as
+--gsd-m-per-px or as --height-m with --camera, is always needed. The answer is the point straight below the camera and
+its covariance, or no fix and why (exit code 3).
+
+Examples:
+  overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25
+  overfly fix --db map.gpkg --image frame.jpg --latitude-deg 48.4915 --longitude-deg 15.616 --sigma-m 200 \\
+      --heading-deg 271.6 --height-m 500 --camera camera.toml --pitch-deg 1.2 --roll-deg 0 --json
+
+camera.toml: width_px, height_px, focal_length_px, principal_point_px = [x, y], distortion = [k1, k2, p1, p2, k3] (the
+OpenCV model; pixels are counted from the image's upper left corner).";
+
 /// Arguments.
 #[derive(clap::Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, after_help = HELP)]
 pub struct Args {
     /// The store.
     #[arg(long, value_name = "FILE")]
@@ -21,33 +34,33 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     image: PathBuf,
     /// Which layer [default: the only one, or ortho].
-    #[arg(long)]
+    #[arg(long, value_name = "NAME")]
     layer: Option<String>,
-    /// Most likely latitude of the camera's nadir; without a position the whole layer is searched.
-    #[arg(long, value_parser = latitude_deg, requires_all = ["longitude_deg", "sigma_m"])]
+    /// Most likely latitude of the point straight below the camera; without a position the whole layer is searched.
+    #[arg(long, value_name = "DEG", value_parser = latitude_deg, requires_all = ["longitude_deg", "sigma_m"])]
     latitude_deg: Option<f64>,
-    /// Most likely longitude of the camera's nadir.
-    #[arg(long, value_parser = turn_deg, requires_all = ["latitude_deg", "sigma_m"])]
+    /// Most likely longitude of that point.
+    #[arg(long, value_name = "DEG", value_parser = turn_deg, requires_all = ["latitude_deg", "sigma_m"])]
     longitude_deg: Option<f64>,
-    /// One standard deviation of that position per axis.
-    #[arg(long, value_parser = positive, requires = "latitude_deg")]
+    /// One standard deviation of that position per axis, metres.
+    #[arg(long, value_name = "M", value_parser = positive, requires = "latitude_deg")]
     sigma_m: Option<f64>,
     /// Direction of the image's upper edge, clockwise from true north; without it a full turn is searched.
-    #[arg(long, value_parser = turn_deg)]
+    #[arg(long, value_name = "DEG", value_parser = turn_deg)]
     heading_deg: Option<f64>,
-    /// One standard deviation of the heading.
-    #[arg(long, value_parser = positive, default_value_t = 3.0, requires = "heading_deg")]
+    /// One standard deviation of the heading, degrees.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0, requires = "heading_deg")]
     heading_sigma_deg: f64,
     #[command(flatten)]
     viewpoint: Viewpoint,
-    /// One standard deviation of the height (or ground sample distance), as a ratio.
-    #[arg(long, value_parser = positive, default_value_t = 0.03)]
+    /// One standard deviation of the height or ground sample distance, as a ratio of it: 0.03 is 3 %.
+    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
     height_sigma_ratio: f64,
-    /// When the image was taken; echoed.
-    #[arg(long, value_parser = any)]
+    /// When the image was taken, seconds of any clock; echoed.
+    #[arg(long, value_name = "S", value_parser = any)]
     time_s: Option<f64>,
     /// Threads to search with.
-    #[arg(long, default_value_t = default_threads())]
+    #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: std::num::NonZeroUsize,
 }
 
@@ -98,7 +111,7 @@ fn text(answer: &Answer) -> String {
             let [[ee, en], [_, nn]] = f.covariance_m2;
             let (middle, spread) = ((ee + nn) / 2.0, ((ee - nn) / 2.0).hypot(en));
             format!(
-                "fix        {:.7} {:.7} (nadir, degrees)\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
+                "fix        {:.7} {:.7} (degrees, straight below the camera)\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
                  heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
                  false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
                 f.latitude_deg,

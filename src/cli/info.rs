@@ -9,6 +9,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct Args {
     /// The store.
+    #[arg(value_name = "FILE")]
     file: PathBuf,
 }
 
@@ -67,7 +68,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn fail(error: StoreError) -> Failure {
-    Failure::failed(error.code(), error)
+    let code = error.code();
+    if error.is_unusable_input() { Failure::unusable(code, error) } else { Failure::failed(code, error) }
 }
 
 fn source_info(source: Source) -> SourceInfo {
@@ -102,7 +104,7 @@ fn describe(info: &Info<'_>) -> String {
             "\nlayer {}: zoom {} to {}, {} base tiles, {} in all\n  west {west:.5} south {south:.5} east {east:.5} north {north:.5}\n",
             layer.name, layer.min_zoom, layer.base_zoom, layer.base_tiles, layer.tiles,
         ));
-        text.push_str("  acquired    gsd_m_per_px  error_m  source\n");
+        text.push_str("  acquired    gsd_m_per_px  sigma_m  source\n");
         for source in sources {
             text.push_str(&format!(
                 "  {:<10}  {:>12.3}  {:>7.2}  {} ({})\n",

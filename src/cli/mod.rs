@@ -21,15 +21,30 @@ pub use exit::{Exit, Failure};
 pub use output::Output;
 use std::process::ExitCode;
 
+/// What every command has in common.
+const HELP: &str = "\
+Before the flight: build, verify, evaluate. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
+
+  overfly demo                                       all of it, on the project's own tiles
+  overfly build --db map.gpkg ORTHOPHOTOS            a store from files or folders
+  overfly fix --db map.gpkg --image FRAME ...        where was this frame taken?
+
+Every flag and key names its unit: _m, _deg, _px, _m_per_px, _s. Positions are WGS84 degrees; a position is the point
+straight below the camera, except in `candidates`, where it is the image's centre. Headings run clockwise from true
+north to the middle of the image's upper edge.
+
+Exit codes: 0 done; 1 failed or partly done; 2 bad usage or nothing usable in the input; 3 no fix, no motion, or a
+store that does not verify.";
+
 /// The tile database that lets an aircraft fly without GPS.
 #[derive(Parser)]
-#[command(name = "overfly", version, about, long_about = None, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "overfly", version, about, long_about = None, arg_required_else_help = true, after_help = HELP)]
 struct Cli {
     /// Print JSON Lines on standard output; the last line is the summary.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Output")]
     json: bool,
     /// No progress bars.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = "Output")]
     quiet: bool,
     #[command(subcommand)]
     command: Command,

@@ -10,9 +10,16 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
 
+const HELP: &str = "\
+Says where the middle of B lies on A, in pixels of A, and the turn and scale between both. With the scale of A on the
+ground (--gsd-m-per-px, or --height-m with --camera) also in metres. No map is used. Exit code 3: no motion, and why.
+
+Example:
+  overfly motion 019.jpg 020.jpg --gsd-m-per-px 1.25";
+
 /// Arguments.
 #[derive(clap::Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, after_help = HELP)]
 pub struct Args {
     /// The first frame.
     a: PathBuf,
@@ -53,7 +60,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let gsd_m_per_px = view.map(|view| gsd(&view, &a)).transpose()?;
     let asked = Instant::now();
     let answer = register(&a, &b, &MotionPrior::default());
-    let elapsed_ms = asked.elapsed().as_secs_f64() * 1e3;
+    let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
     let metres = match (&answer, gsd_m_per_px) {
         (MotionAnswer::Motion(m), Some(gsd)) => Some(Metres::of(m, gsd)),
         _ => None,
@@ -82,17 +89,26 @@ fn text(answer: &MotionAnswer, metres: Option<Metres>, elapsed_ms: f64) -> Strin
         MotionAnswer::Motion(m) => {
             let [x_px, y_px] = m.displacement_px;
             let ground = metres.map_or(String::new(), |g| {
-                format!("\nground     {:.2} m right, {:.2} m ahead, {:.2} m in all", g.right_m, g.ahead_m, g.distance_m)
+                let (across, along) = (towards(g.right_m, "right", "left"), towards(g.ahead_m, "ahead", "back"));
+                format!(
+                    "\nground     {:.2} m {}, {:.2} m {}, {:.2} m in all",
+                    across.0, across.1, along.0, along.1, g.distance_m
+                )
             });
+            let (across, along) = (towards(x_px, "right", "left"), towards(y_px, "down", "up"));
+            let turn = towards(m.rotation_deg, "clockwise", "counterclockwise");
             format!(
-                "motion     {x_px:.3} px right, {y_px:.3} px down\nrotation   {:.3} degrees clockwise\nscale      {:.5}{ground}\n\
+                "motion     {:.3} px {}, {:.3} px {} (the middle of B, seen from the middle of A)\n\
+                 rotation   {:.3} degrees {}\nscale      {:.5} pixels of A per pixel of B{ground}\n\
                  evidence   {} of {} matches agree\nelapsed    {elapsed_ms:.0} ms",
-                m.rotation_rad.to_degrees(),
-                m.scale,
-                m.inliers,
-                m.matches,
+                across.0, across.1, along.0, along.1, turn.0, turn.1, m.scale, m.inliers, m.matches,
             )
         }
-        MotionAnswer::NoMotion { reason } => format!("no motion  {reason}\nelapsed    {elapsed_ms:.0} ms"),
+        MotionAnswer::NoMotion { detail, .. } => format!("no motion  {detail}\nelapsed    {elapsed_ms:.0} ms"),
     }
+}
+
+/// A signed number as its size and where it points.
+fn towards(value: f64, positive: &'static str, negative: &'static str) -> (f64, &'static str) {
+    (value.abs(), if value < 0.0 { negative } else { positive })
 }

@@ -4,10 +4,20 @@ use super::{Exit, Failure, Output};
 use anyhow::Context;
 use overfly::server::{Limits, Listen, Service, ServiceState, serve};
 use overfly::store::Reader;
+use std::io::IsTerminal;
 use std::path::PathBuf;
+
+const HELP: &str = "\
+GET / is a map page, GET /openapi.json describes every route. Stops on ctrl-c or SIGTERM. OVERFLY_LOG sets what is
+logged on standard error (error, warn, info, debug; info by default).
+
+Examples:
+  overfly serve --db map.gpkg
+  overfly serve --db map.gpkg --onboard --listen unix:/run/overfly.sock";
 
 /// Arguments.
 #[derive(clap::Args)]
+#[command(after_help = HELP)]
 pub struct Args {
     /// The store.
     #[arg(long, value_name = "FILE")]
@@ -58,7 +68,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 fn log() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("OVERFLY_LOG").unwrap_or_else(|_| "info".into());
     // A second subscriber is refused, which only tests in one process can notice.
-    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+    let colours = std::io::stderr().is_terminal();
+    let _ =
+        tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours).with_writer(std::io::stderr).try_init();
 }
 
 /// Ready once the process is told to stop; the handlers stand when this returns.

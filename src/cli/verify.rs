@@ -8,6 +8,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct Args {
     /// The store.
+    #[arg(value_name = "FILE")]
     file: PathBuf,
 }
 
@@ -19,7 +20,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         bar.set_position(done);
     });
     bar.finish_and_clear();
-    let found = outcome.map_err(|e| Failure { exit: Exit::NoFix, code: e.code(), error: e.into() })?;
+    let found = outcome.map_err(|e| {
+        let exit = if e.is_unusable_input() { Exit::Unusable } else { Exit::NoFix };
+        Failure { exit, code: e.code(), error: e.into() }
+    })?;
     output.say(&found, || describe(args, &found));
     Ok(if found.ok { Exit::Done } else { Exit::NoFix })
 }

@@ -9,20 +9,20 @@ use std::path::PathBuf;
 /// Ground sample distance, or height and camera.
 #[derive(clap::Args)]
 pub struct Viewpoint {
-    /// Ground sample distance of the frame, for a camera looking straight down.
-    #[arg(long, value_parser = positive, conflicts_with_all = ["height_m", "camera"])]
+    /// Ground sample distance, metres per pixel of the (first) frame, for a camera looking straight down.
+    #[arg(long, value_name = "M_PER_PX", value_parser = positive, conflicts_with_all = ["height_m", "camera"])]
     gsd_m_per_px: Option<f64>,
-    /// Height above ground.
-    #[arg(long, value_parser = positive, requires = "camera")]
+    /// Height above ground, metres; needs --camera.
+    #[arg(long, value_name = "M", value_parser = positive, requires = "camera")]
     height_m: Option<f64>,
-    /// Intrinsics: camera.toml.
+    /// The camera's intrinsics (TOML).
     #[arg(long, value_name = "FILE", requires = "height_m")]
     camera: Option<PathBuf>,
-    /// Camera off nadir, positive ahead.
-    #[arg(long, value_parser = tilt_deg, default_value_t = 0.0, requires = "camera")]
+    /// Camera off nadir, degrees, positive ahead.
+    #[arg(long, value_name = "DEG", value_parser = tilt_deg, default_value_t = 0.0, requires = "camera")]
     pitch_deg: f64,
-    /// Camera off nadir, positive left (right wing down).
-    #[arg(long, value_parser = tilt_deg, default_value_t = 0.0, requires = "camera")]
+    /// Camera off nadir, degrees, positive left (right wing down).
+    #[arg(long, value_name = "DEG", value_parser = tilt_deg, default_value_t = 0.0, requires = "camera")]
     roll_deg: f64,
 }
 

@@ -259,7 +259,7 @@ impl Search<'_> {
     }
 
     fn elapsed_ms(&self) -> f64 {
-        self.start.elapsed().as_secs_f64() * 1e3
+        self.start.elapsed().as_micros() as f64 / 1e3
     }
 
     fn footprint_at(&self, point: Geodetic) -> Result<Option<Footprint>, LocateError> {

@@ -123,10 +123,17 @@ fn mesh<'a>(
         .configure_mesh()
         .x_desc(x)
         .y_desc(y)
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
         .axis_desc_style(text.clone())
         .label_style(text)
         .axis_style(INK.mix(0.6))
         .bold_line_style(INK.mix(0.14))
         .light_line_style(TRANSPARENT)
         .draw()
+}
+/// A tick's number without needless zeros; ticks are never finer than a hundredth.
+fn tick(value: &f64) -> String {
+    let text = format!("{:.2}", if value.abs() < 0.005 { 0.0 } else { *value });
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -117,7 +117,7 @@ pub(super) async fn post(
             let gsd_m_per_px = parameters.gsd_m_per_px(&a)?;
             let start = Instant::now();
             let answer = register(&a, &b, &MotionPrior::default());
-            let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
+            let elapsed_ms = start.elapsed().as_micros() as f64 / 1e3;
             Ok(MotionReply { ground: on_the_ground(&answer, gsd_m_per_px), answer, elapsed_ms })
         })
         .await??;

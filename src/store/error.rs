@@ -175,6 +175,18 @@ pub enum StoreError {
 }
 
 impl StoreError {
+    /// Whether what the user named is at fault (no such file, folder or layer, not a store), and not the work.
+    pub fn is_unusable_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Missing { .. }
+                | Self::NotAStore { .. }
+                | Self::NoLayer { .. }
+                | Self::LayerName { .. }
+                | Self::NoFolder { .. }
+        )
+    }
+
     /// A stable code word.
     pub fn code(&self) -> &'static str {
         match self {

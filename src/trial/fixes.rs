@@ -134,7 +134,7 @@ impl FixTrial {
 }
 
 fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
+    since.elapsed().as_micros() as f64 / 1e3
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ pub fn run_motions(
         let (a, b) = (read_frame(&pair.paths[0])?, read_frame(&pair.paths[1])?);
         let asked = Instant::now();
         let answer = register(&a, &b, &MotionPrior::default());
-        let elapsed_ms = asked.elapsed().as_secs_f64() * 1e3;
+        let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
         let centre = [b.width_px() as f64 / 2.0, b.height_px() as f64 / 2.0];
         let drift_px = match &answer {
             MotionAnswer::Motion(m) => Some(drift_px(&m.a_from_b, &pair.a_from_b, centre)),
@@ -182,7 +182,7 @@ pub fn write_motions(folder: &Path, outcomes: &[MotionOutcome]) -> Result<PathBu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registration::relative::Motion;
+    use crate::registration::relative::{Motion, NoMotionReason};
 
     fn outcome(overlap_percent: f64, shift_px: Option<f64>) -> MotionOutcome {
         let truth = [[1.0, 0.0, 10.0], [0.0, 1.0, 0.0]];
@@ -190,14 +190,14 @@ mod tests {
         let answer = match found {
             Some(a_from_b) => MotionAnswer::Motion(Motion {
                 a_from_b,
-                rotation_rad: 0.0,
+                rotation_deg: 0.0,
                 scale: 1.0,
                 displacement_px: [10.0, 0.0],
                 covariance_px2: [[0.01, 0.0], [0.0, 0.01]],
                 inliers: 40,
                 matches: 50,
             }),
-            None => MotionAnswer::NoMotion { reason: "too few".into() },
+            None => MotionAnswer::NoMotion { reason: NoMotionReason::TooFewAgreeingMatches, detail: "too few".into() },
         };
         let pair =
             Pair { names: ["a".into(), "b".into()], paths: ["a".into(), "b".into()], overlap_percent, a_from_b: truth };

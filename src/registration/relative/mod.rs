@@ -26,9 +26,21 @@ pub enum MotionAnswer {
     Motion(Motion),
     /// Not registered.
     NoMotion {
+        /// Why, as a stable word.
+        reason: NoMotionReason,
         /// Why, for people and logs.
-        reason: String,
+        detail: String,
     },
+}
+
+/// Why two frames could not be registered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum NoMotionReason {
+    /// Too few correspondences agree on one motion: another place, too little overlap, or too little texture.
+    TooFewAgreeingMatches,
+    /// They agree on a scale that the prior excludes.
+    OtherScale,
 }
 
 /// A similarity taking a point of image b to image a, pixels counted from the corner.
@@ -36,8 +48,8 @@ pub enum MotionAnswer {
 pub struct Motion {
     /// Row-major 2 x 3: a point (x, y, 1) of b to a.
     pub a_from_b: [[f64; 3]; 2],
-    /// Rotation of b against a, radians, clockwise as seen in the image.
-    pub rotation_rad: f64,
+    /// Rotation of b against a, degrees in (-180, 180], clockwise as seen in the image.
+    pub rotation_deg: f64,
     /// Pixels of a per pixel of b.
     pub scale: f64,
     /// Where b's centre lies in a minus a's centre, pixels of a: the displacement.
@@ -108,17 +120,22 @@ const SCALE_SLACK: f64 = 0.15;
 /// Equations 32 to 36 of the paper, over many correspondences; the final alignment is Lucas and Kanade's (IJCAI 1981)
 /// for a similarity with gain and offset.
 pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
+    use NoMotionReason::{OtherScale, TooFewAgreeingMatches};
     let (of_a, of_b) = (described(a), described(b));
     let matches = keypoint::match_mutual(&of_a, &of_b, RATIO);
     let pairs: Vec<_> = matches.iter().map(|m| (place(&of_a, m.a), place(&of_b, m.b))).collect();
     let Some(found) = consensus::estimate(&pairs, TOLERANCE_PX, SCALE_BOUNDS) else {
-        return refused(format!("{} correspondences, no two of which agree on a similarity", pairs.len()));
+        return refused(
+            TooFewAgreeingMatches,
+            format!("{} correspondences, no two of which agree on a similarity", pairs.len()),
+        );
     };
     if found.inliers < LEAST_INLIERS {
-        return refused(format!("{} of {} correspondences agree, {LEAST_INLIERS} needed", found.inliers, pairs.len()));
+        let detail = format!("{} of {} correspondences agree, {LEAST_INLIERS} needed", found.inliers, pairs.len());
+        return refused(TooFewAgreeingMatches, detail);
     }
     if let Some(expected) = prior.scale.filter(|e| (found.similarity.scale() / e).ln().abs() > SCALE_SLACK) {
-        return refused(format!("scale {:.3}, but {expected:.3} was stated", found.similarity.scale()));
+        return refused(OtherScale, format!("scale {:.3}, but {expected:.3} was stated", found.similarity.scale()));
     }
     let centre = Vector2::new(b.width_px() as f64 / 2.0, b.height_px() as f64 / 2.0);
     let (similarity, covariance) = match alignment::align(a, b, &found.similarity) {
@@ -140,7 +157,7 @@ fn motion(
     let displacement = similarity.apply(centre) - Vector2::new(a.width_px() as f64 / 2.0, a.height_px() as f64 / 2.0);
     Motion {
         a_from_b: [[c, -s, t.x], [s, c, t.y]],
-        rotation_rad: similarity.rotation_rad(),
+        rotation_deg: similarity.rotation_rad().to_degrees(),
         scale: similarity.scale(),
         displacement_px: [displacement.x, displacement.y],
         covariance_px2: [[covariance[(0, 0)], covariance[(0, 1)]], [covariance[(1, 0)], covariance[(1, 1)]]],
@@ -158,8 +175,8 @@ fn place(keypoints: &Keypoints, i: usize) -> Vector2<f64> {
     Vector2::new(f64::from(p.x_px), f64::from(p.y_px))
 }
 
-fn refused(reason: String) -> MotionAnswer {
-    MotionAnswer::NoMotion { reason }
+fn refused(reason: NoMotionReason, detail: String) -> MotionAnswer {
+    MotionAnswer::NoMotion { reason, detail }
 }
 
 #[cfg(test)]
