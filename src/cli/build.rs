@@ -144,7 +144,7 @@ fn name_undated(output: &Output, undated: usize, sources: usize) {
     if undated > 0 {
         let order = if undated > 1 { "; among themselves their order says nothing of their age" } else { "" };
         let which = if sources == 1 { "the source has".into() } else { format!("{undated} of {sources} sources have") };
-        output.note(&format!("note: {which} no date, so counts as the oldest{order}: give each its --date"));
+        output.note(&format!("note: {which} no date, which counts as oldest{order}: give each its --date"));
     }
 }
 
