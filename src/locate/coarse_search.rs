@@ -3,6 +3,7 @@
 use super::area::SearchArea;
 use super::map::{Map, PixelWindow};
 use super::pose::{Frame, Pose, structure_of};
+use super::request::LocateError;
 use crate::feature::Structure;
 use crate::registration::coarse::{CoarseMap, Surface};
 use crate::store::StoreError;
@@ -48,6 +49,8 @@ impl CoarseResult {
 
 /// Edge of one correlated block of places: bounds memory and keeps the ground scale constant within.
 pub const BLOCK_PX: i64 = 512;
+/// Surfaces held at once: a full turn under a vague height has thousands.
+const BATCH: usize = 64;
 /// Peaks kept.
 const PEAKS: usize = 8;
 
@@ -59,19 +62,23 @@ struct Tally {
     peaks: Vec<Peak>,
 }
 
-/// Searches `area` at its zoom. `frame` must be prepared for that zoom.
+/// Searches `area` at its zoom, while `wanted` (asked before each block). `frame` must be prepared for that zoom.
 ///
 /// # Errors
-/// Where the store cannot give a tile.
+/// Where the store cannot give a tile; [`LocateError::GivenUp`].
 pub fn search(
     map: &mut Map<'_>,
     frame: &Frame<'_>,
     area: &SearchArea,
     hypotheses: &[Hypothesis],
     threads: usize,
-) -> Result<CoarseResult, StoreError> {
+    wanted: &dyn Fn() -> bool,
+) -> Result<CoarseResult, LocateError> {
     let mut tally = Tally { sum: 0.0, sum_squares: 0.0, count: 0.0, peaks: Vec::new() };
     for block in area.blocks(BLOCK_PX) {
+        if !wanted() {
+            return Err(LocateError::GivenUp);
+        }
         search_block(map, frame, area, &block, hypotheses, threads, &mut tally)?;
     }
     let mean = if tally.count > 0.0 { tally.sum / tally.count } else { 0.0 };
@@ -121,12 +128,14 @@ fn search_block(
         return Ok(());
     }
     let coarse = CoarseMap::new(&structure);
-    let surfaces = correlate_all(&coarse, &templates, threads);
     let mut best = vec![(f32::NEG_INFINITY, 0usize); block.width_px * block.height_px];
-    for (index, (template, surface)) in templates.iter().zip(&surfaces).enumerate() {
-        let Some(surface) = surface else { continue };
-        let offset = [(left - template.nadir_px[0]) as usize, (top - template.nadir_px[1]) as usize];
-        accumulate(surface, offset, block, area, index, tally, &mut best);
+    for (batch, some) in templates.chunks(BATCH).enumerate() {
+        let surfaces = correlate_all(&coarse, some, threads);
+        for (within, (template, surface)) in some.iter().zip(&surfaces).enumerate() {
+            let Some(surface) = surface else { continue };
+            let offset = [(left - template.nadir_px[0]) as usize, (top - template.nadir_px[1]) as usize];
+            accumulate(surface, offset, block, area, batch * BATCH + within, tally, &mut best);
+        }
     }
     tally.peaks.extend(peaks_of(&best, block, &templates));
     Ok(())

@@ -21,6 +21,8 @@ use std::time::Instant;
 
 /// Bound on correlated pixels times hypotheses: some minutes on one core.
 const MOST_PLACES: f64 = 5e9;
+/// A frame that reaches farther than this on the coarse level is wider than any map it could be found on; bounds memory.
+const MOST_REACH_PX: f64 = 2048.0;
 /// A frame whose shorter side has fewer pixels than this on the coarse level shows nothing to match.
 const LEAST_SIDE_PX: f64 = 12.0;
 /// Coarse peaks that are looked at closely.
@@ -48,11 +50,26 @@ const LEAST_FALSE_FIX_PROBABILITY: f64 = 1e-4;
 /// # Errors
 /// Only where the question or the store is at fault: "no fix" is an answer.
 pub fn locate(store: &Reader, frame: &Gray, request: &FixRequest, threads: usize) -> Result<Answer, LocateError> {
+    locate_while(store, frame, request, threads, &|| true)
+}
+
+/// As [`locate`], for as long as `wanted` says so: it is asked between pieces of work of about a second.
+///
+/// # Errors
+/// As [`locate`], and [`LocateError::GivenUp`].
+pub fn locate_while(
+    store: &Reader,
+    frame: &Gray,
+    request: &FixRequest,
+    threads: usize,
+    wanted: &dyn Fn() -> bool,
+) -> Result<Answer, LocateError> {
     let start = Instant::now();
     request.check()?;
     let layer = store.layer(&request.layer)?;
     let camera = Camera::new(&request.view, frame.width_px() as u32, frame.height_px() as u32)?;
-    let mut search = Search { store, layer, request, start, nominal_count: 0.0, tiles_searched: 0, score: None };
+    let mut search =
+        Search { store, layer, request, wanted, start, nominal_count: 0.0, tiles_searched: 0, score: None };
     search.nominal_count = search.nominal_count_of(&camera);
     search.run(&mut Frame::new(frame, camera), threads)
 }
@@ -62,6 +79,7 @@ struct Search<'a> {
     store: &'a Reader,
     layer: &'a Layer,
     request: &'a FixRequest,
+    wanted: &'a dyn Fn() -> bool,
     start: Instant,
     nominal_count: f64,
     tiles_searched: usize,
@@ -84,6 +102,11 @@ impl Search<'_> {
         let Some(reach_px) = reach_px(frame.camera(), gsd.mean_m_per_px()) else {
             return Ok(self.no_fix(Reason::InconsistentScale, "the camera sees the horizon".into()));
         };
+        if reach_px > MOST_REACH_PX {
+            let detail =
+                format!("the frame reaches {reach_px:.0} px of the map's coarsest level, at most {MOST_REACH_PX}");
+            return Ok(self.no_fix(Reason::InconsistentScale, detail));
+        }
         let area = SearchArea::new(&self.request.position, self.layer, levels.coarse)
             .and_then(|area| area.near_layer(self.layer, reach_px));
         let Some(area) = area else {
@@ -119,7 +142,7 @@ impl Search<'_> {
             return Err(LocateError::TooWide { pixels, hypotheses: hypotheses.len(), limit: MOST_PLACES });
         }
         let mut map = Map::new(self.store, self.layer);
-        Ok(coarse_search::search(&mut map, frame, area, &hypotheses, threads)?)
+        coarse_search::search(&mut map, frame, area, &hypotheses, threads, self.wanted)
     }
 
     fn decide(&mut self, frame: &Frame<'_>, levels: Levels, coarse: &CoarseResult) -> Result<Answer, LocateError> {
@@ -150,6 +173,9 @@ impl Search<'_> {
         let mut found: Vec<Refined> = Vec::new();
         let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
         for peak in coarse.peaks.iter().take(LOOKED_AT) {
+            if !(self.wanted)() {
+                return Err(LocateError::GivenUp);
+            }
             let sure = found.iter().any(|r| r.log10_accidents < SURE_LOG10_ACCIDENTS);
             if sure && peak.statistic < RIVAL_SHARE * highest {
                 break;

@@ -14,5 +14,5 @@ mod refine;
 mod request;
 
 pub use answer::{Answer, Fix, NoFix, Point, Reason};
-pub use fix::locate;
+pub use fix::{locate, locate_while};
 pub use request::{FixRequest, HeadingPrior, LocateError, PositionPrior};

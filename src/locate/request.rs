@@ -23,6 +23,9 @@ pub enum LocateError {
         /// What is accepted.
         expected: &'static str,
     },
+    /// The caller no longer waits for the answer.
+    #[error("the search was given up")]
+    GivenUp,
     /// The position left open is too wide for this frame.
     #[error(
         "the search would compare {pixels:.2e} coarse pixels under {hypotheses} headings and scales; narrow the position, heading or height (at most {limit:.0e} together)"
@@ -44,6 +47,7 @@ impl LocateError {
             Self::Store(error) => error.code(),
             Self::Camera(error) => error.code(),
             Self::Parameter { .. } => "bad_parameter",
+            Self::GivenUp => "given_up",
             Self::TooWide { .. } => "search_too_wide",
         }
     }

@@ -4,10 +4,22 @@ use crate::pixels::{Colour, Gray};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// The widest and highest frame that is decoded, pixels.
-pub const MAX_EDGE_PX: u32 = 32_768;
-/// The most pixels a frame may have: 150 million (a 150 megapixel survey camera).
-pub const MAX_PIXELS: u64 = 150_000_000;
+/// The largest frame that is decoded: its header tells before any pixel is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameBounds {
+    /// Width and height at most, pixels.
+    pub edge_px: u32,
+    /// Pixels at most.
+    pub pixels: u64,
+}
+
+impl Default for FrameBounds {
+    /// What memory bears: a 150 megapixel survey camera.
+    fn default() -> Self {
+        Self { edge_px: 32_768, pixels: 150_000_000 }
+    }
+}
+
 /// The largest file that is read as a frame, bytes.
 pub const MAX_FILE_BYTES: u64 = 512 << 20;
 
@@ -31,12 +43,14 @@ pub enum FrameError {
         reason: String,
     },
     /// The image (or what its header promises) exceeds the bounds.
-    #[error("{name} is too large: {found}; at most {MAX_PIXELS} pixels, {MAX_EDGE_PX} a side, are decoded")]
+    #[error("{name} is too large: {found}; at most {limit} is taken")]
     TooLarge {
         /// File or form field.
         name: String,
         /// Its size as stated.
         found: String,
+        /// What is taken.
+        limit: String,
     },
 }
 
@@ -69,9 +83,13 @@ pub fn read_colour_frame(path: &Path) -> Result<Colour, FrameError> {
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     let name = path.display().to_string();
     if size > MAX_FILE_BYTES {
-        return Err(FrameError::TooLarge { name, found: format!("{size} bytes") });
+        return Err(FrameError::TooLarge {
+            name,
+            found: format!("{size} bytes"),
+            limit: format!("{MAX_FILE_BYTES} bytes"),
+        });
     }
-    decode(&std::fs::read(path).map_err(unreadable)?, &name)
+    decode(&std::fs::read(path).map_err(unreadable)?, &name, FrameBounds::default())
 }
 
 /// The frame in the bytes of a PNG, JPEG or WebP file; `name` is what errors call it.
@@ -79,26 +97,37 @@ pub fn read_colour_frame(path: &Path) -> Result<Colour, FrameError> {
 /// # Errors
 /// As [`read_frame`]; the size is checked in the header before any pixel is decoded.
 pub fn decode_frame(bytes: &[u8], name: &str) -> Result<Gray, FrameError> {
-    decode(bytes, name).map(|colour| colour.to_gray())
+    decode_frame_within(bytes, name, FrameBounds::default())
 }
 
-fn decode(bytes: &[u8], name: &str) -> Result<Colour, FrameError> {
+/// As [`decode_frame`], within bounds of the caller's.
+///
+/// # Errors
+/// As [`decode_frame`].
+pub fn decode_frame_within(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Gray, FrameError> {
+    decode(bytes, name, bounds).map(|colour| colour.to_gray())
+}
+
+fn decode(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Colour, FrameError> {
+    let FrameBounds { edge_px, pixels } = bounds;
+    let too_large =
+        |found| FrameError::TooLarge { name: name.into(), found, limit: format!("{pixels} pixels, {edge_px} a side") };
     let bad = |e: image::ImageError| match e {
-        image::ImageError::Limits(e) => FrameError::TooLarge { name: name.into(), found: e.to_string() },
+        image::ImageError::Limits(e) => too_large(e.to_string()),
         other => FrameError::NotAnImage { name: name.into(), reason: other.to_string() },
     };
     let open = || image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let unreadable = |e: std::io::Error| FrameError::NotAnImage { name: name.into(), reason: e.to_string() };
     let (width, height) = open().map_err(unreadable)?.into_dimensions().map_err(bad)?;
-    if width > MAX_EDGE_PX || height > MAX_EDGE_PX || u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(FrameError::TooLarge { name: name.into(), found: format!("{width} x {height} px") });
+    if width.max(height) > edge_px || u64::from(width) * u64::from(height) > pixels {
+        return Err(too_large(format!("{width} x {height} pixels")));
     }
     let mut reader = open().map_err(unreadable)?;
     let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_EDGE_PX);
-    limits.max_image_height = Some(MAX_EDGE_PX);
+    limits.max_image_width = Some(edge_px);
+    limits.max_image_height = Some(edge_px);
     // Up to 8 bytes a pixel (16-bit RGBA), and the decoder's own tables.
-    limits.max_alloc = Some(MAX_PIXELS * 8 + (64 << 20));
+    limits.max_alloc = Some(pixels * 8 + (64 << 20));
     reader.limits(limits);
     let rgb = reader.decode().map_err(bad)?.into_rgb8();
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);

@@ -25,5 +25,7 @@ mod wkt;
 pub use block::BlockCache;
 pub use error::RasterError;
 pub use find::{content_hash, find_sources};
-pub use frame::{FrameError, MAX_EDGE_PX, MAX_FILE_BYTES, MAX_PIXELS, decode_frame, read_colour_frame, read_frame};
+pub use frame::{
+    FrameBounds, FrameError, MAX_FILE_BYTES, decode_frame, decode_frame_within, read_colour_frame, read_frame,
+};
 pub use orthophoto::{Description, OpenOptions, Orthophoto};

@@ -37,7 +37,7 @@ pub(super) const PARAMETERS: &[&str] = &[
 /// State either `inaccuracy_m` and `drift_m` (the sequential mode's rectangle, equation 3) or `sigma_east_m` and
 /// `sigma_north_m` (the 99.7 % ellipse dilated by the image's footprint). No tile that meets the region is missing.
 #[utoipa::path(
-    get, path = "/v1/candidates", tag = "search",
+    get, path = "/v1/candidates", operation_id = "candidates", tag = "search",
     params(
         ("latitude_deg" = f64, Query, description = "Most likely position of the image's centre, degrees north", minimum = -85.051128, maximum = 85.051128, example = 47.66),
         ("longitude_deg" = f64, Query, description = "The same, degrees east", minimum = -180.0, maximum = 180.0, example = -99.27),

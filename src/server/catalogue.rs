@@ -59,11 +59,11 @@ pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Jso
 
 /// Where each layer has imagery, as GeoJSON: a feature a layer, its tiles joined to rectangles.
 #[utoipa::path(
-    get, path = "/v1/coverage", tag = "store",
+    get, path = "/v1/coverage", operation_id = "coverage", tag = "store",
     params(("layer" = Option<String>, Query, description = "Only this layer")),
     responses(
         (status = 200, description = "A feature collection", body = Coverage, content_type = "application/geo+json"),
-        (status = 404, description = "No such layer", body = Problem, content_type = "application/problem+json"),
+        (status = "4XX", description = "No such layer, or the query is at fault", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn coverage_get(

@@ -25,10 +25,6 @@ pub(super) enum ServerError {
     Form(#[from] FormError),
     #[error("{error}")]
     Frame { part: &'static str, error: FrameError },
-    #[error(
-        "{part} is an image of {width_px} x {height_px} pixels; this service takes {limit_px} pixels, {limit_edge_px} a side"
-    )]
-    ImageTooLarge { part: &'static str, width_px: u32, height_px: u32, limit_px: u64, limit_edge_px: u32 },
     #[error("{name}: {reason}")]
     Parameter { name: &'static str, reason: String },
     #[error("the path names no tile: {0}")]
@@ -83,7 +79,6 @@ impl ServerError {
                 FrameError::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
                 FrameError::Unreadable { .. } => StatusCode::INTERNAL_SERVER_ERROR,
             },
-            Self::ImageTooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
             Self::Parameter { .. } | Self::TileName(_) | Self::TileIndex { .. } | Self::Path(_) => {
                 StatusCode::BAD_REQUEST
             }
@@ -104,7 +99,6 @@ impl ServerError {
             Self::Store(error) => error.code(),
             Self::Form(error) => error.code(),
             Self::Frame { error, .. } => error.code(),
-            Self::ImageTooLarge { .. } => "image_too_large",
             Self::Parameter { .. } => "parameter_out_of_range",
             Self::TileName(_) | Self::TileIndex { .. } => "tile_name",
             Self::NoTile { .. } => "no_such_tile",
@@ -126,7 +120,7 @@ impl ServerError {
             Self::Locate(LocateError::Parameter { name, .. }) => Some((*name).to_owned()),
             Self::Locate(LocateError::Camera(error)) => Some(camera_parameter(error).to_owned()),
             Self::Form(error) => error.part().map(str::to_owned),
-            Self::Frame { part, .. } | Self::ImageTooLarge { part, .. } => Some((*part).to_owned()),
+            Self::Frame { part, .. } => Some((*part).to_owned()),
             Self::Parameter { name, .. } => Some((*name).to_owned()),
             Self::TileIndex { what, .. } => Some((*what).to_owned()),
             _ => None,
@@ -151,6 +145,7 @@ fn candidates_status(error: &CandidatesError) -> StatusCode {
 fn locate_status(error: &LocateError) -> StatusCode {
     match error {
         LocateError::Store(error) => store_status(error),
+        LocateError::GivenUp => StatusCode::SERVICE_UNAVAILABLE,
         LocateError::Camera(_) | LocateError::Parameter { .. } | LocateError::TooWide { .. } => StatusCode::BAD_REQUEST,
     }
 }
@@ -168,9 +163,10 @@ fn store_status(error: &StoreError) -> StatusCode {
         StoreError::NoLayer { .. } => StatusCode::NOT_FOUND,
         StoreError::LayerName { .. } => StatusCode::BAD_REQUEST,
         StoreError::Unfinished { .. } => StatusCode::CONFLICT,
-        StoreError::Busy { .. } | StoreError::HotJournal { .. } | StoreError::SideFile { .. } => {
-            StatusCode::SERVICE_UNAVAILABLE
-        }
+        StoreError::Busy { .. }
+        | StoreError::HotJournal { .. }
+        | StoreError::SideFile { .. }
+        | StoreError::Changed { .. } => StatusCode::SERVICE_UNAVAILABLE,
         StoreError::Missing { .. }
         | StoreError::NotAStore { .. }
         | StoreError::NoLayers { .. }

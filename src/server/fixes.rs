@@ -3,12 +3,11 @@
 use super::error::ServerError;
 use super::fix_parameters::FixParameters;
 use super::form::Form;
-use super::frame;
 use super::problem::Problem;
 use super::query::NoQuery;
 use super::state::ServiceState;
 use super::work::Load;
-use crate::locate::{Answer, candidates::default_layer, locate};
+use crate::locate::{Answer, candidates::default_layer, locate_while};
 use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
@@ -28,7 +27,7 @@ pub(super) struct FixForm {
 ///
 /// "No fix" is an answer (status 200), never an error.
 #[utoipa::path(
-    post, path = "/v1/fixes", tag = "registration",
+    post, path = "/v1/fixes", operation_id = "fix", tag = "registration",
     request_body(content = FixForm, content_type = "multipart/form-data"),
     responses(
         (status = 200, description = "A fix, or no fix and why", body = Answer),
@@ -46,14 +45,14 @@ pub(super) async fn post(
     let bytes = form.take("image")?;
     let work = state.work.clone();
     let answer = work
-        .run(Load::Registration, move || -> Result<Answer, ServerError> {
+        .run_wanted(Load::Registration, move |wanted| -> Result<Answer, ServerError> {
             let layer = match &parameters.layer {
                 Some(name) => state.store.layer(name)?,
                 None => default_layer(&state.store)?,
             };
             let request = parameters.request(&layer.name)?;
-            let frame = frame::decode("image", &bytes, &state.limits)?;
-            Ok(locate(&state.store, &frame, &request, state.limits.threads)?)
+            let frame = state.limits.frame("image", &bytes)?;
+            Ok(locate_while(&state.store, &frame, &request, state.limits.threads, &|| wanted.still())?)
         })
         .await??;
     Ok(Json(answer))

@@ -1,5 +1,6 @@
 //! `serve`: listens, answers, and stops when told to.
 
+use super::connections::answer;
 use super::router::router;
 use super::state::ServiceState;
 use std::fmt;
@@ -56,12 +57,12 @@ pub enum ListenError {
         text: String,
     },
     /// The address cannot be listened on.
-    #[error("cannot listen on {at}: {source}; is another service using it?")]
+    #[error("cannot listen on {at}: {cause}")]
     Bind {
         /// Where.
         at: Listen,
         /// What the system says.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// Something other than a socket that nobody uses stands at the path.
     #[error("{path}: exists and is in use or not a socket: remove it or choose another path", path = path.display())]
@@ -69,9 +70,6 @@ pub enum ListenError {
         /// The path.
         path: PathBuf,
     },
-    /// Listening failed later on.
-    #[error("the service stopped: {0}")]
-    Serve(std::io::Error),
 }
 
 impl ListenError {
@@ -81,7 +79,6 @@ impl ListenError {
             Self::Address { .. } => "address",
             Self::Bind { .. } => "cannot_listen",
             Self::Occupied { .. } => "socket_occupied",
-            Self::Serve(_) => "service_stopped",
         }
     }
 }
@@ -96,7 +93,7 @@ pub async fn serve(
     started: impl FnOnce(&Listen),
     stop: impl Future<Output = ()> + Send + 'static,
 ) -> Result<(), ListenError> {
-    let bind = |source| ListenError::Bind { at: listen.clone(), source };
+    let bind = |cause| ListenError::Bind { at: listen.clone(), cause };
     let metrics = state.metrics.clone();
     let keep_up = tokio::spawn(async move {
         loop {
@@ -111,33 +108,27 @@ pub async fn serve(
         tracing::info!("stopping: no new connections, open requests have {} s", GRACE.as_secs());
         let _ = told.send(());
     };
-    let outcome = match listen {
+    match listen {
         Listen::Tcp(address) => {
             let listener = TcpListener::bind(address).await.map_err(bind)?;
             started(&Listen::Tcp(listener.local_addr().map_err(bind)?));
-            let service = axum::serve(listener, app).with_graceful_shutdown(stop);
-            graceful(service.into_future(), tell).await
+            graceful(answer(listener, app, stop), tell).await;
         }
         Listen::Unix(path) => {
             free(path).await?;
             let listener = UnixListener::bind(path).map_err(bind)?;
             started(listen);
-            let service = axum::serve(listener, app).with_graceful_shutdown(stop);
-            let outcome = graceful(service.into_future(), tell).await;
+            graceful(answer(listener, app, stop), tell).await;
             // The socket is ours; a failure to remove it is found by whoever binds next.
             let _ = std::fs::remove_file(path);
-            outcome
         }
-    };
+    }
     keep_up.abort();
-    outcome.map_err(ListenError::Serve)
+    Ok(())
 }
 
 /// Awaits the service, but no longer than the grace once it was told to stop.
-async fn graceful(
-    service: impl Future<Output = std::io::Result<()>>,
-    told: tokio::sync::oneshot::Receiver<()>,
-) -> std::io::Result<()> {
+async fn graceful(service: impl Future<Output = ()>, told: tokio::sync::oneshot::Receiver<()>) {
     let deadline = async {
         if told.await.is_err() {
             std::future::pending::<()>().await;
@@ -145,11 +136,8 @@ async fn graceful(
         tokio::time::sleep(GRACE).await;
     };
     tokio::select! {
-        outcome = service => outcome,
-        () = deadline => {
-            tracing::warn!("some requests did not end in time and were dropped");
-            Ok(())
-        }
+        () = service => {}
+        () = deadline => tracing::warn!("some requests did not end in time and were dropped"),
     }
 }
 

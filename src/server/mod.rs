@@ -2,14 +2,20 @@
 //!
 //! Handlers parse, make one library call, reply. Every failure becomes a problem+json document in `problem`. Nothing
 //! here writes: the state holds a `store::Reader`.
+//!
+//! Layers, digest and indexes are read once, at the start. A store whose finished layers change afterwards (or whose file
+//! is replaced or removed) is answered from no more: 503 `store_changed` until the service is started again. A request
+//! whose head is malformed or too large is refused by the HTTP library before any route, with a bare 400, 414 or 431; a
+//! head that does not arrive within 15 s, or a connection idle for as long, is closed. A fix that nobody waits for any
+//! more stops at its next piece of work.
 
 mod candidates;
 mod catalogue;
+mod connections;
 mod error;
 mod fix_parameters;
 mod fixes;
 mod form;
-mod frame;
 mod listen;
 mod metrics;
 mod motions;

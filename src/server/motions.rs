@@ -3,7 +3,6 @@
 use super::error::ServerError;
 use super::fix_parameters::stated_view;
 use super::form::Form;
-use super::frame;
 use super::problem::Problem;
 use super::query::NoQuery;
 use super::state::ServiceState;
@@ -40,6 +39,7 @@ pub struct MotionReply {
     pub answer: MotionAnswer,
     /// The same on the ground, where a scale was stated.
     #[serde(flatten)]
+    #[schema(value_type = GroundMotion)]
     pub ground: Option<GroundMotion>,
     /// From the decoded frames to this answer, milliseconds.
     pub elapsed_ms: f64,
@@ -49,12 +49,16 @@ pub struct MotionReply {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct GroundMotion {
     /// Ground sample distance of image a.
+    #[schema(required = false)]
     pub gsd_m_per_px: f64,
     /// Towards image a's right edge.
+    #[schema(required = false)]
     pub right_m: f64,
     /// Towards image a's upper edge.
+    #[schema(required = false)]
     pub ahead_m: f64,
     /// Between both centres.
+    #[schema(required = false)]
     pub distance_m: f64,
 }
 
@@ -91,7 +95,7 @@ fn on_the_ground(answer: &MotionAnswer, gsd_m_per_px: Option<f64>) -> Option<Gro
 
 /// Registers image b against image a.
 #[utoipa::path(
-    post, path = "/v1/motions", tag = "registration",
+    post, path = "/v1/motions", operation_id = "motion", tag = "registration",
     request_body(content = MotionForm, content_type = "multipart/form-data"),
     responses(
         (status = 200, description = "A motion, or none and why", body = MotionReply),
@@ -112,8 +116,8 @@ pub(super) async fn post(
     let reply = state
         .work
         .run(Load::Registration, move || -> Result<MotionReply, ServerError> {
-            let a = frame::decode("image_a", &bytes_a, &limits)?;
-            let b = frame::decode("image_b", &bytes_b, &limits)?;
+            let a = limits.frame("image_a", &bytes_a)?;
+            let b = limits.frame("image_b", &bytes_b)?;
             let gsd_m_per_px = parameters.gsd_m_per_px(&a)?;
             let start = Instant::now();
             let answer = register(&a, &b, &MotionPrior::default());

@@ -4,8 +4,9 @@ use super::error::ServerError;
 use super::metrics::observe;
 use super::problem::{PROBLEM_JSON, Problem};
 use super::state::{Service, ServiceState};
+use super::work::Load;
 use super::{candidates, catalogue, fixes, motions, operations, page, tiles};
-use axum::extract::{DefaultBodyLimit, Request};
+use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
@@ -36,7 +37,7 @@ struct Api;
 
 /// The service's routes. Onboard has no route that writes; this far, preflight has none either.
 pub fn router(state: ServiceState) -> Router {
-    let routes = OpenApiRouter::with_openapi(Api::openapi())
+    let of_the_store = OpenApiRouter::new()
         .routes(routes!(candidates::get))
         .routes(routes!(fixes::post))
         .routes(routes!(motions::post))
@@ -46,8 +47,11 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(tiles::image))
         .routes(routes!(tiles::tilejson))
         .routes(routes!(tiles::descriptors))
-        .routes(routes!(operations::healthz))
         .routes(routes!(operations::readyz))
+        .route_layer(from_fn_with_state(state.clone(), same_store));
+    let routes = OpenApiRouter::with_openapi(Api::openapi())
+        .merge(of_the_store)
+        .routes(routes!(operations::healthz))
         .routes(routes!(operations::metrics));
     let routes = match state.service {
         Service::Preflight | Service::Onboard => routes,
@@ -66,6 +70,14 @@ pub fn router(state: ServiceState) -> Router {
         .layer(CatchPanicLayer::custom(|_| ServerError::Panicked.into_response()))
         .layer(from_fn(problems_only))
         .layer(from_fn_with_state(metrics, observe))
+}
+
+/// Refuses every question once the file is no longer the store that was opened: layers and indexes are read once, and
+/// an answer from two stores at once would be wrong.
+async fn same_store(State(state): State<ServiceState>, request: Request, next: Next) -> Result<Response, ServerError> {
+    let store = state.store.clone();
+    state.work.run(Load::Question, move || store.check_unchanged()).await??;
+    Ok(next.run(request).await)
 }
 
 /// Turns an error that a layer or extractor answered as plain text into a problem document.

@@ -1,8 +1,11 @@
 //! `ServiceState`: what every handler shares.
 
+use super::error::ServerError;
 use super::metrics::Metrics;
 use super::work::Work;
 use crate::locate::candidates::Residents;
+use crate::pixels::Gray;
+use crate::raster::{FrameBounds, decode_frame_within};
 use crate::store::Reader;
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,6 +43,14 @@ pub struct Limits {
     pub threads: usize,
     /// Memory for indexes of footprints, bytes; what does not fit is answered from the file.
     pub index_bytes: u64,
+}
+
+impl Limits {
+    /// The camera frame in `bytes`, the form's part `part`.
+    pub(super) fn frame(&self, part: &'static str, bytes: &[u8]) -> Result<Gray, ServerError> {
+        let bounds = FrameBounds { edge_px: self.image_edge_px, pixels: self.image_px };
+        decode_frame_within(bytes, part, bounds).map_err(|error| ServerError::Frame { part, error })
+    }
 }
 
 impl Default for Limits {

@@ -39,7 +39,7 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
 
 /// A tile's imagery as stored.
 #[utoipa::path(
-    get, path = "/v1/tiles/{layer}/{z}/{x}/{y}", tag = "tiles",
+    get, path = "/v1/tiles/{layer}/{z}/{x}/{y}", operation_id = "tile", tag = "tiles",
     params(
         ("layer" = String, Path, description = "Layer"),
         ("z" = u8, Path, description = "Zoom (tiles of 512 px on the Web Mercator quad)"),
@@ -154,7 +154,7 @@ pub(super) struct TileJson {
     params(("layer" = String, Path, description = "Layer")),
     responses(
         (status = 200, description = "TileJSON", body = TileJson),
-        (status = 404, description = "No such layer", body = Problem, content_type = "application/problem+json"),
+        (status = "4XX", description = "No such layer, or the query is at fault", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn tilejson(

@@ -3,6 +3,7 @@
 use super::error::ServerError;
 use super::state::Limits;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
@@ -13,6 +14,25 @@ pub(super) enum Load {
     Question,
     /// Decodes and registers images.
     Registration,
+}
+
+/// Whether anybody waits for a job's answer.
+#[derive(Debug, Clone)]
+pub(super) struct Wanted(Arc<AtomicBool>);
+
+impl Wanted {
+    pub(super) fn still(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// The one who waits; gone when dropped.
+struct Waiting(Wanted);
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.0.0.store(false, Ordering::Relaxed);
+    }
 }
 
 /// The places at the work bench.
@@ -38,13 +58,27 @@ impl Work {
     /// Runs a job on a blocking thread once a place is free.
     ///
     /// # Errors
-    /// [`ServerError::TimeLimit`] where waiting and working take too long (the job itself runs on and keeps its place
-    /// until it ends), [`ServerError::Panicked`] where it panics.
+    /// As [`Work::run_wanted`].
     pub(super) async fn run<T: Send + 'static>(
         &self,
         load: Load,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, ServerError> {
+        self.run_wanted(load, move |_| job()).await
+    }
+
+    /// As [`Work::run`]; the job can ask whether its answer is still wanted: not once the time is over or the caller
+    /// has gone. It keeps its place until it ends.
+    ///
+    /// # Errors
+    /// [`ServerError::TimeLimit`] where waiting and working take too long, [`ServerError::Panicked`] where it panics.
+    pub(super) async fn run_wanted<T: Send + 'static>(
+        &self,
+        load: Load,
+        job: impl FnOnce(&Wanted) -> T + Send + 'static,
+    ) -> Result<T, ServerError> {
+        let wanted = Wanted(Arc::new(AtomicBool::new(true)));
+        let _until_dropped = Waiting(wanted.clone());
         let places = match load {
             Load::Question => &self.questions,
             Load::Registration => &self.registrations,
@@ -53,7 +87,7 @@ impl Work {
             let place = places.clone().acquire_owned().await.expect("the semaphore is never closed");
             tokio::task::spawn_blocking(move || {
                 let _place = place;
-                job()
+                job(&wanted)
             })
             .await
         });

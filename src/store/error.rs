@@ -128,6 +128,12 @@ pub enum StoreError {
         /// The layer.
         layer: String,
     },
+    /// The file is not what it was when it was opened.
+    #[error("{path}: was replaced, rewritten or removed since it was opened: open it again (restart the service)", path = path.display())]
+    Changed {
+        /// The store.
+        path: PathBuf,
+    },
     /// The file contradicts itself.
     #[error("{path}: damaged: {reason}; restore it from a copy or build it anew", path = path.display())]
     Damaged {
@@ -206,6 +212,7 @@ impl StoreError {
             Self::DiskFull { .. } => "disk_full",
             Self::Busy { .. } => "store_busy",
             Self::Superseded { .. } => "superseded",
+            Self::Changed { .. } => "store_changed",
             Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
             Self::Encode { .. } => "tile_encoding",
             Self::Io { .. } => "io",

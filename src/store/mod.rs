@@ -15,6 +15,7 @@ mod layer;
 mod migration;
 mod reader;
 mod source;
+mod stamp;
 mod verify;
 mod writer;
 

@@ -5,6 +5,7 @@ use super::footprint::{self, Footprint};
 use super::imagery::{self, EncodedTile};
 use super::layer::{self, Layer};
 use super::source::{self, Declared, Source};
+use super::stamp::Stamp;
 use super::{FORMAT_VERSION, StoreError, digest, require_contract};
 use crate::geodesy::WORLD_M;
 use crate::pixels::MaskedColour;
@@ -28,6 +29,8 @@ pub struct Reader {
     contract: String,
     digest: String,
     bytes: u64,
+    /// Of the file as it was when its digest was last seen to be `digest`.
+    stamp: Mutex<Stamp>,
 }
 
 impl Reader {
@@ -48,6 +51,7 @@ impl Reader {
     }
 
     fn open_as(path: &Path, access: Access) -> Result<Self, StoreError> {
+        let stamp = Stamp::of(path)?;
         let connection = connection::open_read(path, access)?;
         let contract = require_contract(&connection, path)?;
         let layers = layer::load_all(&connection, path)?;
@@ -59,9 +63,33 @@ impl Reader {
             return Err(StoreError::Unfinished { path: path.into(), layer: names.join(", ") });
         }
         let digest = stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
-        let bytes = std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?.len();
-        let idle = Mutex::new(vec![connection]);
-        Ok(Self { path: path.into(), access, idle, layers, contract, digest: digest::hex(&digest), bytes })
+        let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
+        let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
+        Ok(Self { path: path.into(), access, idle, layers, contract, digest, bytes, stamp })
+    }
+
+    /// Checks that the file still is what was opened: layers and digest are read once. A store that is only being added
+    /// to is; one whose finished layers have changed, that was replaced, or (opened immutable) written to at all is not.
+    /// Cheap: one look at the folder unless the file was written.
+    ///
+    /// # Errors
+    /// [`StoreError::Changed`], and where the store is damaged.
+    pub fn check_unchanged(&self) -> Result<(), StoreError> {
+        let changed = || StoreError::Changed { path: self.path.clone() };
+        let now = Stamp::of(&self.path).map_err(|_| changed())?;
+        let seen = *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if now == seen {
+            return Ok(());
+        }
+        if self.access == Access::Immutable || !now.same_file(&seen) {
+            return Err(changed());
+        }
+        let digest = self.with(|c| stored_digest(c, &self.contract))?;
+        if digest::hex(&digest) != self.digest {
+            return Err(changed());
+        }
+        *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = now;
+        Ok(())
     }
 
     /// The file it reads.
@@ -234,12 +262,23 @@ impl Reader {
         StoreError::DamagedTile { path: self.path.clone(), layer: layer.name.clone(), tile, reason }
     }
 
+    /// One more connection, never to another file that has taken the name.
+    fn reopen(&self) -> Result<Connection, StoreError> {
+        let connection = connection::reopen_read(&self.path, self.access)?;
+        let opened = *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if Stamp::of(&self.path)?.same_file(&opened) {
+            Ok(connection)
+        } else {
+            Err(StoreError::Changed { path: self.path.clone() })
+        }
+    }
+
     /// Runs a query on a connection of the pool.
     pub(super) fn with<T>(&self, query: impl FnOnce(&Connection) -> rusqlite::Result<T>) -> Result<T, StoreError> {
         let idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).pop();
         let connection = match idle {
             Some(connection) => connection,
-            None => connection::reopen_read(&self.path, self.access)?,
+            None => self.reopen()?,
         };
         let outcome = query(&connection).map_err(|e| StoreError::sqlite(&self.path, e));
         let mut idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -19,7 +19,7 @@ const ROW: u32 = 11_000;
 
 /// A router over a small store; the folder lives as long as it.
 pub struct Stand {
-    _folder: tempfile::TempDir,
+    folder: tempfile::TempDir,
     app: Router,
 }
 
@@ -63,7 +63,7 @@ impl Stand {
             Service::Preflight => Reader::open(&path).unwrap(),
             Service::Onboard => Reader::open_onboard(&path).unwrap(),
         };
-        Self { _folder: folder, app: router(ServiceState::new(store, service, limits)) }
+        Self { folder, app: router(ServiceState::new(store, service, limits)) }
     }
 
     fn send(&self, request: Request<Body>) -> Reply {
@@ -479,6 +479,42 @@ fn an_answer_that_takes_too_long_is_given_up() {
     let reply = stand.post("/v1/motions", &[("image_a", &frame), ("image_b", &frame)]);
     assert_eq!((reply.status.as_u16(), reply.json()["code"].as_str()), (503, Some("time_limit")));
     assert_eq!(reply.headers[CONTENT_TYPE], "application/problem+json");
+}
+
+#[test]
+fn a_store_that_was_changed_under_the_service_is_not_answered_from() {
+    for service in [Service::Preflight, Service::Onboard] {
+        let stand = Stand::with(service, Limits::default());
+        let path = stand.folder.path().join("s.gpkg");
+        let refused = |what: &str| {
+            for asked in ["/v1/layers", "/v1/store", "/readyz", &format!("/v1/tiles/ortho/{ZOOM}/{COLUMN}/{ROW}")] {
+                let reply = stand.get(asked);
+                let code = (reply.status.as_u16(), reply.json()["code"].as_str().map(str::to_owned));
+                assert_eq!(code, (503, Some("store_changed".into())), "{what}: {asked}");
+            }
+            assert_eq!(stand.get("/healthz").status, StatusCode::OK);
+        };
+        assert_eq!(stand.get("/readyz").status, StatusCode::OK);
+        let kept = stand.folder.path().join("kept.gpkg");
+        std::fs::rename(&path, &kept).unwrap();
+        refused("removed");
+        std::fs::copy(&kept, &path).unwrap();
+        refused("replaced");
+        std::fs::rename(&kept, &path).unwrap();
+        assert_eq!(stand.get("/readyz").status, StatusCode::OK, "the same file again");
+    }
+}
+
+#[test]
+fn a_store_that_is_touched_but_the_same_is_answered_from_on_the_ground() {
+    let stand = Stand::new();
+    let file = std::fs::File::options().write(true).open(stand.folder.path().join("s.gpkg")).unwrap();
+    file.set_modified(std::time::SystemTime::UNIX_EPOCH).unwrap();
+    assert_eq!(stand.get("/readyz").status, StatusCode::OK);
+    let onboard = Stand::with(Service::Onboard, Limits::default());
+    let file = std::fs::File::options().write(true).open(onboard.folder.path().join("s.gpkg")).unwrap();
+    file.set_modified(std::time::SystemTime::UNIX_EPOCH).unwrap();
+    assert_eq!(onboard.get("/readyz").status.as_u16(), 503);
 }
 
 #[test]
