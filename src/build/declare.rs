@@ -40,8 +40,9 @@ pub fn declare(path: &Path, request: &Request) -> Result<Given, Rejected> {
             path: path.into(),
             code: "nothing_valid",
             message: format!(
-                "{}: no pixel is valid: all is masked, transparent or nodata; check its mask and nodata value with gdalinfo",
-                path.display()
+                "{}: no pixel is valid: all is masked, transparent or nodata, or the whole image is smaller than a pixel of zoom {}; check its mask, nodata value and pixel size with gdalinfo",
+                path.display(),
+                natural_zoom(&source)
             ),
         });
     }

@@ -40,10 +40,14 @@ pub enum BuildError {
         rejected: Vec<Rejected>,
     },
     /// The sources hold no valid pixel.
-    #[error("no source holds a valid pixel (all is masked, transparent or nodata): {paths}")]
+    #[error(
+        "no source gives a valid pixel at zoom {zoom}: all is masked, transparent or nodata, or so small that it fills no pixel there (then give a finer --zoom): {paths}"
+    )]
     NothingValid {
         /// Their paths.
         paths: String,
+        /// The base zoom.
+        zoom: u8,
     },
     /// A source that is needed again is not there as it was.
     #[error(
@@ -106,8 +110,8 @@ pub enum BuildError {
     Cancelled,
 }
 
-/// The most tiles of a base level in one source's extent.
-pub const MAX_TILES: u32 = 50_000_000;
+/// The most tiles of a base level in one source's extent: a million million pixels, and some 250 bytes of plan each.
+pub const MAX_TILES: u32 = 4_000_000;
 
 impl BuildError {
     /// A stable code word.

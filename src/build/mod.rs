@@ -119,7 +119,7 @@ pub fn run(request: &Request, progress: &mut dyn FnMut(Progress) -> ControlFlow<
                 let finished = writer.finish(&|tile| plan.wanted.contains_key(&tile))?;
                 if finished.is_none() {
                     clear_new(request, existed);
-                    return Err(BuildError::NothingValid { paths: paths(&given) });
+                    return Err(BuildError::NothingValid { paths: paths(&given), zoom: plan.declaration.base_zoom });
                 }
                 return summarise(request, &plan, &given, rejected, start);
             }
@@ -171,14 +171,15 @@ fn paths(given: &[Given]) -> String {
 fn gather(request: &Request, rejected: &mut Vec<Rejected>) -> Vec<Given> {
     let mut given: Vec<Given> = Vec::new();
     for path in &request.sources {
-        let files = match raster::find_sources(std::slice::from_ref(path)) {
-            Ok(files) => files,
+        let found = match raster::find_sources(std::slice::from_ref(path)) {
+            Ok(found) => found,
             Err(error) => {
                 rejected.push(Rejected::raster(path, &error));
                 continue;
             }
         };
-        for file in files {
+        rejected.extend(found.unreadable.iter().map(|(path, error)| Rejected::raster(path, error)));
+        for file in found.files {
             match declare::declare(&file, request) {
                 Ok(one) => {
                     given.retain(|g| g.source.content_hash != one.source.content_hash);

@@ -2,6 +2,7 @@
 
 use super::number::positive;
 use super::{Exit, Failure, Output, default_threads};
+use anyhow::Context;
 use overfly::locate::Answer;
 use overfly::locate::candidates::default_layer;
 use overfly::store::{Layer, Reader};
@@ -10,7 +11,7 @@ use overfly::trial::{
 };
 use serde::Serialize;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to score.
 #[derive(clap::Subcommand)]
@@ -100,6 +101,13 @@ pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
     }
 }
 
+/// Makes the folder of the results before anything is computed for it.
+fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))
+        .map_err(|e| Failure::failed("unwritable", e))
+}
+
 /// One frame as a JSON line.
 #[derive(Serialize)]
 struct FrameLine<'a> {
@@ -131,6 +139,7 @@ fn fixes(args: &Fixes, output: &Output) -> Result<Exit, Failure> {
         unknown_position: args.unknown_position,
         threads: args.threads.get(),
     };
+    args.out.as_deref().map_or(Ok(()), make_folder)?;
     let bar = output.progress(flight.frames.len() as u64, "frames");
     let outcomes = trial.run(&store, &flight, |outcome| {
         bar.inc(1);
@@ -191,6 +200,7 @@ pub fn fix_text(score: &FixScore) -> String {
 
 fn motions(args: &Motions, output: &Output) -> Result<Exit, Failure> {
     let pairs = Pairs::read(&args.pairs)?;
+    args.out.as_deref().map_or(Ok(()), make_folder)?;
     let bar = output.progress(pairs.pairs.len() as u64, "pairs");
     let outcomes = run_motions(&pairs, args.threads.get(), || bar.inc(1))?;
     bar.finish_and_clear();

@@ -56,7 +56,8 @@ impl Failure {
 
 impl From<StoreError> for Failure {
     fn from(error: StoreError) -> Self {
-        Self::unusable(error.code(), error)
+        let code = error.code();
+        if error.is_unusable_input() { Self::unusable(code, error) } else { Self::failed(code, error) }
     }
 }
 

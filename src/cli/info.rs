@@ -9,7 +9,6 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct Args {
     /// The store.
-    #[arg(value_name = "FILE")]
     file: PathBuf,
 }
 
@@ -44,7 +43,7 @@ struct SourceInfo {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let reader = Reader::open(&args.file).map_err(fail)?;
+    let reader = Reader::open(&args.file)?;
     let layers = reader
         .layers()
         .iter()
@@ -52,8 +51,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             let sources = reader.sources(layer)?.into_iter().map(source_info).collect();
             Ok(LayerInfo { layer, sources })
         })
-        .collect::<Result<Vec<_>, StoreError>>()
-        .map_err(fail)?;
+        .collect::<Result<Vec<_>, StoreError>>()?;
     let info = Info {
         file: &args.file,
         digest: reader.digest(),
@@ -65,11 +63,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     output.say(&info, || describe(&info));
     Ok(Exit::Done)
-}
-
-fn fail(error: StoreError) -> Failure {
-    let code = error.code();
-    if error.is_unusable_input() { Failure::unusable(code, error) } else { Failure::failed(code, error) }
 }
 
 fn source_info(source: Source) -> SourceInfo {
@@ -104,7 +97,7 @@ fn describe(info: &Info<'_>) -> String {
             "\nlayer {}: zoom {} to {}, {} base tiles, {} in all\n  west {west:.5} south {south:.5} east {east:.5} north {north:.5}\n",
             layer.name, layer.min_zoom, layer.base_zoom, layer.base_tiles, layer.tiles,
         ));
-        text.push_str("  acquired    gsd_m_per_px  sigma_m  source\n");
+        text.push_str("  acquired    gsd_m_per_px  error_m  source\n");
         for source in sources {
             text.push_str(&format!(
                 "  {:<10}  {:>12.3}  {:>7.2}  {} ({})\n",

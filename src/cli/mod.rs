@@ -80,9 +80,27 @@ fn default_threads() -> std::num::NonZeroUsize {
     std::thread::available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN)
 }
 
+/// Bad usage, with its code word; or the help or version that was asked for.
+fn refuse(usage: &clap::Error) -> ExitCode {
+    let is_help = usage.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if is_help || !usage.use_stderr() {
+        usage.exit();
+    }
+    let text = usage.to_string();
+    let message = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
+    // Usage that cannot be parsed does not say whether JSON is wanted either.
+    let json = std::env::args_os().any(|word| word == "--json");
+    let failure = Failure::unusable("usage", anyhow::anyhow!("{message}"));
+    Output::new(json, true).failure(&failure);
+    failure.exit.into()
+}
+
 /// Runs the program and says how it ended.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(usage) => return refuse(&usage),
+    };
     let output = Output::new(cli.json, cli.quiet);
     let result = match &cli.command {
         Command::Demo(args) => demo::run(args, &output),

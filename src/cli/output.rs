@@ -36,9 +36,10 @@ impl Output {
 
     /// Prints a failure: on standard error for people, and as a JSON line on standard output where JSON is wanted.
     pub fn failure(&self, failure: &Failure) {
-        self.note(&format!("error[{}]: {:#}", failure.code, failure.error));
+        let message = message(&failure.error);
+        self.note(&format!("error[{}]: {message}", failure.code));
         if self.json {
-            let line = serde_json::json!({"error": failure.code, "message": format!("{:#}", failure.error)});
+            let line = serde_json::json!({"error": failure.code, "message": message});
             let _ = writeln!(std::io::stdout(), "{line}");
         }
     }
@@ -52,5 +53,30 @@ impl Output {
         let template = format!("{{bar:40}} {{pos}}/{{len}} {unit} {{elapsed}} (left {{eta}}) {{msg}}");
         bar.set_style(ProgressStyle::with_template(&template).expect("the template is constant"));
         bar
+    }
+}
+
+/// An error and its causes, each said once: many name their cause in their own text.
+fn message(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |mut text, cause| {
+        let cause = cause.to_string();
+        if !text.contains(&cause) {
+            text.push_str(": ");
+            text.push_str(&cause);
+        }
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn says_every_cause_once() {
+        let inner = anyhow::anyhow!("the disk is gone");
+        assert_eq!(message(&inner.context("a.gpkg: the disk is gone")), "a.gpkg: the disk is gone");
+        let inner = anyhow::anyhow!("the disk is gone");
+        assert_eq!(message(&inner.context("cannot write a.gpkg")), "cannot write a.gpkg: the disk is gone");
     }
 }

@@ -21,10 +21,11 @@ use std::time::Instant;
 
 /// Bound on correlated pixels times hypotheses: some minutes on one core.
 const MOST_PLACES: f64 = 5e9;
-/// A frame that reaches farther than this on the coarse level is wider than any map it could be found on; bounds memory.
-const MOST_REACH_PX: f64 = 2048.0;
 /// A frame whose shorter side has fewer pixels than this on the coarse level shows nothing to match.
 const LEAST_SIDE_PX: f64 = 12.0;
+/// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
+/// by 45 degrees reaches 500. What is drawn of it grows with the square.
+const MOST_REACH_PX: f64 = 1000.0;
 /// Coarse peaks that are looked at closely.
 const LOOKED_AT: usize = 5;
 /// A fix is expected to be accidental less often than once in 10^6 searches of its size, by the count of its windows.
@@ -103,8 +104,9 @@ impl Search<'_> {
             return Ok(self.no_fix(Reason::InconsistentScale, "the camera sees the horizon".into()));
         };
         if reach_px > MOST_REACH_PX {
-            let detail =
-                format!("the frame reaches {reach_px:.0} px of the map's coarsest level, at most {MOST_REACH_PX}");
+            let detail = format!(
+                "the frame would reach {reach_px:.0} px of the map's coarsest level from the point below the camera, at most {MOST_REACH_PX}; is its scale right?"
+            );
             return Ok(self.no_fix(Reason::InconsistentScale, detail));
         }
         let area = SearchArea::new(&self.request.position, self.layer, levels.coarse)

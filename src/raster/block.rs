@@ -43,6 +43,10 @@ pub(super) trait BlockSource: Send + Sync {
     /// Whether decoding stays on its thread. Else it may run other work of the same thread pool meanwhile, and no one
     /// may wait for it: that work could be the one waiting.
     fn decodes_alone(&self) -> bool;
+    /// Whether nothing of a block was ever written, known without decoding it: whole regions of a sparse file are.
+    fn is_missing(&self, _level: usize, _column: u64, _row: u64) -> bool {
+        false
+    }
     /// Decodes one block; `column`, `row` count blocks.
     fn read(&self, level: usize, column: u64, row: u64) -> Result<Block, RasterError>;
 }

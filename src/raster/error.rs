@@ -22,6 +22,12 @@ pub enum RasterError {
         /// Extensions.
         looked_for: String,
     },
+    /// A pipe, a device, a socket.
+    #[error("{}: no regular file but a pipe or a device; copy what it gives to a file first", path.display())]
+    NoRegularFile {
+        /// What was named.
+        path: PathBuf,
+    },
     /// Not a format that is read here.
     #[error("{}: not a GeoTIFF, PNG or JPEG ({reason}); convert it with gdal_translate -of COG, or build overfly with --features gdal", path.display())]
     Format {
@@ -114,6 +120,7 @@ impl RasterError {
         match self {
             Self::Io { .. } => "source_io",
             Self::NothingFound { .. } => "source_nothing_found",
+            Self::NoRegularFile { .. } => "source_no_regular_file",
             Self::Format { .. } => "source_format",
             Self::Damaged { .. } => "source_damaged",
             Self::Unsupported { .. } => "source_unsupported",

@@ -10,40 +10,60 @@ const EXTENSIONS: &[&str] = &["tif", "tiff", "gtiff", "png", "jpg", "jpeg"];
 /// And those that GDAL adds.
 const GDAL_EXTENSIONS: &[&str] = &["jp2", "j2k", "vrt", "ecw", "img", "sid", "nitf", "ntf"];
 
+/// What was found among files and folders.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Orthophotos, each once, sorted by path.
+    pub files: Vec<PathBuf>,
+    /// What below a folder cannot be looked at: folders that are closed, links to orthophotos that lead nowhere.
+    pub unreadable: Vec<(PathBuf, RasterError)>,
+}
+
 /// The orthophotos among files and folders: files as they are named, folders with everything below them by extension
-/// (hidden files left out), each once, sorted by path.
+/// (hidden files left out).
 ///
 /// # Errors
-/// [`RasterError::Io`] for what cannot be read, [`RasterError::NothingFound`] for a folder without any.
-pub fn find_sources(paths: &[PathBuf]) -> Result<Vec<PathBuf>, RasterError> {
-    let mut found = Vec::new();
+/// [`RasterError::Io`] for a path that cannot be read, [`RasterError::NoRegularFile`] for pipes and devices (reading
+/// one may never end), [`RasterError::NothingFound`] for a folder without any.
+pub fn find_sources(paths: &[PathBuf]) -> Result<Found, RasterError> {
+    let mut found = Found::default();
     for path in paths {
         let kind = std::fs::metadata(path).map_err(|e| RasterError::io(path, e))?;
-        if !kind.is_dir() {
-            found.push(path.clone());
+        if kind.is_file() {
+            found.files.push(path.clone());
             continue;
         }
-        let before = found.len();
+        if !kind.is_dir() {
+            return Err(RasterError::NoRegularFile { path: path.clone() });
+        }
+        let before = found.files.len() + found.unreadable.len();
         // A link that leads back up ends the walk there; it holds nothing new.
         let visible = |e: &walkdir::DirEntry| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b".");
         for entry in walkdir::WalkDir::new(path).follow_links(true).into_iter().filter_entry(visible) {
             match entry {
-                Ok(entry) if entry.file_type().is_file() && is_candidate(entry.path()) => found.push(entry.into_path()),
+                Ok(entry) if entry.file_type().is_file() && is_candidate(entry.path()) => {
+                    found.files.push(entry.into_path());
+                }
                 Ok(_) => {}
                 Err(e) if e.loop_ancestor().is_some() => {}
-                Err(e) => {
-                    let at = e.path().unwrap_or(path).to_path_buf();
-                    return Err(RasterError::Io { path: at, source: e.into() });
-                }
+                Err(e) => found.unreadable.extend(worth_naming(path, e)),
             }
         }
-        if found.len() == before {
+        if found.files.len() + found.unreadable.len() == before {
             return Err(RasterError::NothingFound { path: path.clone(), looked_for: searched().join(", ") });
         }
     }
-    found.sort();
-    found.dedup();
+    found.files.sort();
+    found.files.dedup();
     Ok(found)
+}
+
+/// What the walk could not look at, unless it is a link to nowhere that is not called as an orthophoto is.
+fn worth_naming(folder: &Path, error: walkdir::Error) -> Option<(PathBuf, RasterError)> {
+    let at = error.path().unwrap_or(folder).to_path_buf();
+    let is_link = std::fs::symlink_metadata(&at).is_ok_and(|kind| kind.is_symlink());
+    let source = error.into_io_error().unwrap_or_else(|| std::io::Error::other("it cannot be walked"));
+    (!is_link || is_candidate(&at)).then(|| (at.clone(), RasterError::io(&at, source)))
 }
 
 fn searched() -> Vec<&'static str> {
@@ -99,10 +119,35 @@ mod tests {
             std::fs::write(root.join(name), b"x").unwrap();
         }
         let found = find_sources(&[root.to_path_buf(), root.join("a.jpg")]).unwrap();
-        assert_eq!(found, [root.join("a.jpg"), root.join("b/a.png"), root.join("z.TIF")]);
+        assert_eq!(found.files, [root.join("a.jpg"), root.join("b/a.png"), root.join("z.TIF")]);
         assert_eq!(find_sources(&[root.join("none.tif")]).unwrap_err().code(), "source_io");
         std::fs::create_dir(root.join("empty")).unwrap();
         assert_eq!(find_sources(&[root.join("empty")]).unwrap_err().code(), "source_nothing_found");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_nowhere_is_named_and_the_rest_is_found() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        std::fs::write(root.join("a.tif"), b"x").unwrap();
+        symlink("self.tif", root.join("self.tif")).unwrap();
+        symlink("nowhere.tif", root.join("dangling.tif")).unwrap();
+        symlink("nowhere", root.join("latest")).unwrap();
+        symlink(".", root.join("up")).unwrap();
+        let found = find_sources(&[root.to_path_buf()]).unwrap();
+        assert_eq!(found.files, [root.join("a.tif")]);
+        let mut named: Vec<_> = found.unreadable.iter().map(|(path, _)| path.clone()).collect();
+        named.sort();
+        assert_eq!(named, [root.join("dangling.tif"), root.join("self.tif")]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_no_source() {
+        let error = find_sources(&["/dev/zero".into()]).unwrap_err();
+        assert_eq!(error.code(), "source_no_regular_file");
     }
 
     #[test]

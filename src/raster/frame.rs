@@ -80,12 +80,16 @@ pub fn read_frame(path: &Path) -> Result<Gray, FrameError> {
 /// As [`read_frame`].
 pub fn read_colour_frame(path: &Path) -> Result<Colour, FrameError> {
     let unreadable = |cause| FrameError::Unreadable { path: path.into(), cause };
-    let size = std::fs::metadata(path).map_err(unreadable)?.len();
+    let kind = std::fs::metadata(path).map_err(unreadable)?;
     let name = path.display().to_string();
-    if size > MAX_FILE_BYTES {
+    if !kind.is_file() {
+        let cause = std::io::Error::other("no regular file; a folder, pipe or device holds no frame");
+        return Err(unreadable(cause));
+    }
+    if kind.len() > MAX_FILE_BYTES {
         return Err(FrameError::TooLarge {
             name,
-            found: format!("{size} bytes"),
+            found: format!("{} bytes", kind.len()),
             limit: format!("{MAX_FILE_BYTES} bytes"),
         });
     }
@@ -159,6 +163,9 @@ mod tests {
             assert_eq!(decode_frame(bytes, "x").unwrap_err().code(), "not_an_image");
         }
         assert_eq!(read_frame(Path::new("no/such/file.png")).unwrap_err().code(), "image_unreadable");
+        // Reading a device or a pipe may never end.
+        #[cfg(unix)]
+        assert_eq!(read_frame(Path::new("/dev/zero")).unwrap_err().code(), "image_unreadable");
     }
 
     #[test]

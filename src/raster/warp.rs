@@ -179,6 +179,10 @@ impl Warp<'_> {
         if left < right && top < bottom {
             for row in top / block_height_px..=(bottom - 1) / block_height_px {
                 for column in left / block_width_px..=(right - 1) / block_width_px {
+                    if self.source.is_missing(level, column, row) {
+                        all_valid = false;
+                        continue;
+                    }
                     let key = (self.source_key, level, column, row);
                     let block =
                         self.cache.get(key, self.source.decodes_alone(), || self.source.read(level, column, row))?;

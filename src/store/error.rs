@@ -180,19 +180,6 @@ pub enum StoreError {
     },
 }
 
-impl StoreError {
-    /// Whether what the user named is at fault (no such file, folder or layer, not a store), and not the work.
-    pub fn is_unusable_input(&self) -> bool {
-        matches!(
-            self,
-            Self::Missing { .. }
-                | Self::NotAStore { .. }
-                | Self::NoLayer { .. }
-                | Self::LayerName { .. }
-                | Self::NoFolder { .. }
-        )
-    }
-
     /// A stable code word.
     pub fn code(&self) -> &'static str {
         match self {
@@ -220,6 +207,33 @@ impl StoreError {
         }
     }
 
+    /// Whether the file that was named is at fault, and not the work on it: exit code 2.
+    pub fn is_unusable_input(&self) -> bool {
+        match self {
+            Self::DiskFull { .. }
+            | Self::Busy { .. }
+            | Self::Superseded { .. }
+            | Self::Encode { .. }
+            | Self::Io { .. }
+            | Self::Sqlite { .. } => false,
+            Self::Missing { .. }
+            | Self::NotAStore { .. }
+            | Self::Unfinished { .. }
+            | Self::NoLayers { .. }
+            | Self::NewerFormat { .. }
+            | Self::OlderFormat { .. }
+            | Self::OtherContract { .. }
+            | Self::SideFile { .. }
+            | Self::HotJournal { .. }
+            | Self::NoLayer { .. }
+            | Self::LayerName { .. }
+            | Self::Denied { .. }
+            | Self::NoFolder { .. }
+            | Self::Damaged { .. }
+            | Self::DamagedTile { .. } => true,
+        }
+    }
+
     /// Names what SQLite reports about the file at `path`.
     pub(crate) fn sqlite(path: &Path, source: rusqlite::Error) -> Self {
         use rusqlite::ErrorCode as Code;
@@ -235,6 +249,7 @@ impl StoreError {
             Some(Code::DiskFull) => Self::DiskFull { path },
             Some(Code::ReadOnly | Code::CannotOpen | Code::PermissionDenied) => Self::Denied { path, reason },
             Some(Code::DatabaseBusy | Code::DatabaseLocked) => Self::Busy { path },
+            _ if is_of_the_content(&source) => Self::Damaged { path, reason },
             _ => Self::Sqlite { path, source },
         }
     }
@@ -250,6 +265,34 @@ impl StoreError {
             }
             ErrorKind::StorageFull => Self::DiskFull { path },
             _ => Self::Io { path, source },
+        }
+    }
+}
+
+/// Whether the file's own content is at fault: a table or column that is not there, a value of the wrong kind.
+fn is_of_the_content(error: &rusqlite::Error) -> bool {
+    use rusqlite::Error;
+    let missing = |message: &str| ["no such table", "no such column"].iter().any(|m| message.starts_with(m));
+    match error {
+        Error::FromSqlConversionFailure(..) | Error::IntegralValueOutOfRange(..) | Error::InvalidColumnType(..) => true,
+        Error::SqliteFailure(_, Some(message)) => missing(message),
+        Error::SqlInputError { msg, .. } => missing(msg),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_or_value_that_is_not_as_it_should_be_is_damage() {
+        let connection = rusqlite::Connection::open_in_memory().unwrap();
+        for sql in ["SELECT count(*) FROM overfly_store", "SELECT -3", "SELECT 'x'"] {
+            let failure = connection.query_row(sql, [], |row| row.get::<_, u32>(0)).unwrap_err();
+            let error = StoreError::sqlite(Path::new("a.gpkg"), failure);
+            assert_eq!(error.code(), "damaged_store", "{sql}: {error}");
+            assert!(error.is_unusable_input());
         }
     }
 }

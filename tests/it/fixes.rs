@@ -139,6 +139,14 @@ fn frames_that_show_nothing_are_no_fix() {
 }
 
 #[test]
+fn a_frame_larger_than_countries_is_no_fix_at_once() {
+    let (frame, request) = drawn_frame(0);
+    let view = View::Nadir { gsd_m_per_px: 1e9 };
+    let answer = locate(drawn(), &frame, &FixRequest { view, ..request }, 2).unwrap();
+    assert!(matches!(&answer, Answer::NoFix(n) if n.reason == Reason::InconsistentScale), "{answer:?}");
+}
+
+#[test]
 fn a_prior_off_the_map_is_outside_the_map() {
     let (frame, request) = drawn_frame(0);
     for (latitude_deg, longitude_deg) in [(0.0, 0.0), (48.5, -164.4), (89.0, 15.6), (-48.5, 15.6)] {

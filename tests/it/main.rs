@@ -2,6 +2,7 @@
 
 mod build;
 mod candidates;
+mod command_line;
 mod demo;
 mod drawn;
 mod fixes;

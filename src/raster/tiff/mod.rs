@@ -104,6 +104,13 @@ impl BlockSource for TiffSource {
         self.base().compression() != 7
     }
 
+    fn is_missing(&self, level: usize, column: u64, row: u64) -> bool {
+        let Level { width_px, height_px, block_width_px, block_height_px } = self.levels[level];
+        let (x, y) = (column * block_width_px, row * block_height_px);
+        let (width, height) = (block_width_px.min(width_px - x), block_height_px.min(height_px - y));
+        layout::is_sparse(&self.directories[level].image, x, y, width, height)
+    }
+
     fn read(&self, level: usize, column: u64, row: u64) -> Result<Block, RasterError> {
         guarded(&self.path, || self.read_unguarded(level, column, row))
     }
