@@ -180,6 +180,7 @@ pub enum StoreError {
     },
 }
 
+impl StoreError {
     /// A stable code word.
     pub fn code(&self) -> &'static str {
         match self {
