@@ -221,7 +221,7 @@ mod tests {
         }
 
         #[test]
-        fn a_gaussian_holds_what_lies_within_three_sigma(angle in 0.0..6.28f64, radius in 0.0..3.0f64, r in -0.9..0.9f64) {
+        fn a_gaussian_holds_what_lies_within_three_sigma(angle in 0.0..std::f64::consts::TAU, radius in 0.0..3.0f64, r in -0.9..0.9f64) {
             let centre = Geodetic::from_degrees(47.0, -99.0).unwrap();
             let prior = PositionPrior::Gaussian { centre, sigma_east_m: 200.0, sigma_north_m: 90.0, correlation: r };
             let area = SearchArea::new(&prior, &layer([-99.5, 46.5, -98.5, 47.5]), 13).unwrap();

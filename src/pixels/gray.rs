@@ -49,6 +49,31 @@ impl Gray {
         self.values[y * self.width_px + x]
     }
 
+    /// A symmetric five-pixel kernel along the rows, then along the columns; it is given five neighbours in order. The rim,
+    /// two pixels wide, is left as it is in the direction that the kernel does not fit.
+    pub fn filtered_5(&self, kernel: impl Fn([f32; 5]) -> f32) -> Self {
+        let (width, height) = (self.width_px, self.height_px);
+        let mut rows = self.clone();
+        if width >= 5 {
+            for y in 0..height {
+                let target = &mut rows.values[y * width + 2..(y + 1) * width - 2];
+                for (out, w) in target.iter_mut().zip(self.row(y).windows(5)) {
+                    *out = kernel([w[0], w[1], w[2], w[3], w[4]]);
+                }
+            }
+        }
+        let mut out = rows.clone();
+        for y in 2..height.saturating_sub(2) {
+            let row = |j: usize| &rows.row(y + j - 2)[..width];
+            let (a, b, c, d, e) = (row(0), row(1), row(2), row(3), row(4));
+            let target = &mut out.values[y * width..(y + 1) * width];
+            for x in 0..width {
+                target[x] = kernel([a[x], b[x], c[x], d[x], e[x]]);
+            }
+        }
+        out
+    }
+
     /// Bilinear value at a position in pixels counted from the corner; the edge is repeated outside.
     pub fn sample(&self, x_px: f64, y_px: f64) -> f32 {
         let clamp = |v: f64, n: usize| v.clamp(0.0, (n - 1) as f64);

@@ -103,24 +103,5 @@ impl Iterator for Pattern {
 }
 
 fn box_5(gray: &Gray) -> Gray {
-    let (width, height) = (gray.width_px(), gray.height_px());
-    let mut rows = gray.clone();
-    if width >= 5 {
-        for y in 0..height {
-            let target = &mut rows.values_mut()[y * width + 2..(y + 1) * width - 2];
-            for (out, w) in target.iter_mut().zip(gray.row(y).windows(5)) {
-                *out = (w[0] + w[1] + w[2] + w[3] + w[4]) * 0.2;
-            }
-        }
-    }
-    let mut out = rows.clone();
-    for y in 2..height.saturating_sub(2) {
-        let row = |j: usize| &rows.row(y + j - 2)[..width];
-        let (a, b, c, d, e) = (row(0), row(1), row(2), row(3), row(4));
-        let target = &mut out.values_mut()[y * width..(y + 1) * width];
-        for x in 0..width {
-            target[x] = (a[x] + b[x] + c[x] + d[x] + e[x]) * 0.2;
-        }
-    }
-    out
+    gray.filtered_5(|[a, b, c, d, e]| (a + b + c + d + e) * 0.2)
 }
