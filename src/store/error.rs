@@ -211,7 +211,8 @@ impl StoreError {
     /// Whether the file that was named is at fault, and not the work on it: exit code 2.
     pub fn is_unusable_input(&self) -> bool {
         match self {
-            Self::DiskFull { .. }
+            Self::Changed { .. }
+            | Self::DiskFull { .. }
             | Self::Busy { .. }
             | Self::Superseded { .. }
             | Self::Encode { .. }
