@@ -51,12 +51,12 @@ impl Crs {
     /// that is known and cannot be projected truthfully (NAD27 needs a grid, Krovak is 10 m off, ...).
     ///
     /// # Example
-    /// PROJ 9: `echo 47 -99 | cs2cs EPSG:4326 EPSG:32614` says 500000.00 5205287.82.
+    /// PROJ 9: `echo 47 -99 | cs2cs EPSG:4326 EPSG:32614` says 500000.00 5205164.11.
     /// ```
     /// use overfly::geodesy::{Crs, Geodetic};
     /// let utm = Crs::from_epsg(32614).unwrap();
     /// let (x, y) = utm.projected_from_geodetic(Geodetic::from_degrees(47.0, -99.0).unwrap()).unwrap();
-    /// assert!((x - 500_000.0).abs() < 1e-3 && (y - 5_205_287.82).abs() < 0.01, "{x} {y}");
+    /// assert!((x - 500_000.0).abs() < 1e-3 && (y - 5_205_164.11).abs() < 0.01, "{x} {y}");
     /// ```
     pub fn from_epsg(code: u32) -> Result<Self, CrsError> {
         let entry = epsg::look_up(code)?;
