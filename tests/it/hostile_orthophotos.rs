@@ -120,7 +120,9 @@ fn promises_that_cannot_be_kept_are_refused() {
     refuses(&Tiff::good().with(277, &[0.0]), "source_damaged", "");
     refuses(&Tiff::good().with(277, &[60_000.0]), "source_damaged", "");
     refuses(&Tiff::good().with(258, &[7777.0]), "source_damaged", "");
-    refuses(&Tiff::good().with(259, &[34925.0]), "source_unsupported", "compression");
+    if !cfg!(feature = "gdal") {
+        refuses(&Tiff::good().with(259, &[34925.0]), "source_unsupported", "compression");
+    }
     refuses(&Tiff::good().with(279, &[4e9]), "source_damaged", "truncated");
     refuses(&Tiff::good().with(273, &[4e9]), "source_damaged", "truncated");
     refuses(&Tiff::good().with(279, &[4096.0, 4096.0]), "source_damaged", "");

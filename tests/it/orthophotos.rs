@@ -91,9 +91,12 @@ fn every_lossless_colour_layout_gives_its_pixels_exactly() {
 #[test]
 fn jpeg_inside_and_outside_of_tiff_is_close() {
     // Quality 95 with halved colour resolution on a smooth ramp; at the image's edge the encoder's padding shows.
-    for name in ["jpeg_ycbcr.tif", "jpeg_rgb.tif", "jpeg_striped.tif", "photo_jpeg.jpg"] {
+    for name in
+        ["jpeg_ycbcr.tif", "jpeg_rgb.tif", "jpeg_rgb_nir.tif", "jpeg_planar.tif", "jpeg_striped.tif", "photo_jpeg.jpg"]
+    {
         shows(name, &OpenOptions::default(), 6, everywhere, rgb);
     }
+    shows("jpeg_gray.tif", &OpenOptions::default(), 6, everywhere, gray);
 }
 
 #[test]
