@@ -24,6 +24,22 @@ impl Gray {
         Self::from_values(width_px, height_px, values).expect("the resizer filled every pixel")
     }
 
+    /// The mean of every `factor` x `factor` pixels; what is left over at the right and below is dropped. A factor of 0
+    /// or larger than the image gives an empty image.
+    pub fn binned(&self, factor: usize) -> Self {
+        let (width, height) =
+            (self.width_px().checked_div(factor).unwrap_or(0), self.height_px().checked_div(factor).unwrap_or(0));
+        let mut out = Self::filled(width, height, 0.0);
+        let norm = 1.0 / (factor * factor) as f32;
+        for y in 0..height * factor {
+            let target = &mut out.values_mut()[y / factor * width..(y / factor + 1) * width];
+            for (sum, bin) in target.iter_mut().zip(self.row(y).chunks_exact(factor)) {
+                *sum += bin.iter().sum::<f32>() * norm;
+            }
+        }
+        out
+    }
+
     /// The image at half its size: the mean of the valid among every 2 x 2 pixels; valid where at least two are.
     pub fn halved(&self, mask: &Mask) -> (Self, Mask) {
         let (width, height) = (self.width_px() / 2, self.height_px() / 2);
@@ -51,6 +67,14 @@ impl Gray {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bins_are_means_and_the_rest_is_dropped() {
+        let ramp = Gray::from_values(7, 5, (0..35).map(|i| i as f32).collect()).unwrap().binned(2);
+        assert_eq!((ramp.width_px(), ramp.height_px()), (3, 2));
+        assert_eq!(ramp.at(1, 1), (16.0 + 17.0 + 23.0 + 24.0) / 4.0);
+        assert_eq!(ramp.binned(0).values().len(), 0);
+    }
 
     #[test]
     fn a_ramp_stays_a_ramp_and_a_checkerboard_turns_gray() {

@@ -114,12 +114,40 @@ const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 /// How far the scale found may be from the stated one.
 const SCALE_SLACK: f64 = 0.15;
 
-/// Registers frame b against frame a.
+/// Frames are compared at this edge (square root of the area) at most: beyond, only time and memory grow.
+const MOST_EDGE_PX: f64 = 2048.0;
+
+/// Registers frame b against frame a. Frames of many megapixels are compared at a whole fraction of their size; the
+/// answer is in their own pixels.
 ///
 /// # References
 /// Equations 32 to 36 of the paper, over many correspondences; the final alignment is Lucas and Kanade's (IJCAI 1981)
 /// for a similarity with gain and offset.
 pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
+    let edge_px = |g: &Gray| ((g.width_px() * g.height_px()) as f64).sqrt();
+    let factor = (edge_px(a).max(edge_px(b)) / MOST_EDGE_PX).ceil() as usize;
+    if factor <= 1 {
+        return register_as_is(a, b, prior, 1, middle(a), middle(b));
+    }
+    let reduced = |p: Vector2<f64>| p / factor as f64;
+    register_as_is(&a.binned(factor), &b.binned(factor), prior, factor, reduced(middle(a)), reduced(middle(b)))
+}
+
+/// The middle of a frame, pixels from its corner.
+fn middle(frame: &Gray) -> Vector2<f64> {
+    Vector2::new(frame.width_px() as f64 / 2.0, frame.height_px() as f64 / 2.0)
+}
+
+/// Registers frames whose pixels are `factor` of the answer's wide; the centres are those of the frames before binning,
+/// which may have dropped a remainder.
+fn register_as_is(
+    a: &Gray,
+    b: &Gray,
+    prior: &MotionPrior,
+    factor: usize,
+    centre_of_a: Vector2<f64>,
+    centre_of_b: Vector2<f64>,
+) -> MotionAnswer {
     use NoMotionReason::{OtherScale, TooFewAgreeingMatches};
     let (of_a, of_b) = (described(a), described(b));
     let matches = keypoint::match_mutual(&of_a, &of_b, RATIO);
@@ -137,32 +165,32 @@ pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
     if let Some(expected) = prior.scale.filter(|e| (found.similarity.scale() / e).ln().abs() > SCALE_SLACK) {
         return refused(OtherScale, format!("scale {:.3}, but {expected:.3} was stated", found.similarity.scale()));
     }
-    let centre = Vector2::new(b.width_px() as f64 / 2.0, b.height_px() as f64 / 2.0);
     let (similarity, covariance) = match alignment::align(a, b, &found.similarity) {
         Some(aligned) => (aligned.similarity, aligned.covariance),
-        None => (found.similarity, found.covariance_at(centre)),
+        None => (found.similarity, found.covariance_at(centre_of_b)),
     };
-    MotionAnswer::Motion(motion(a, centre, similarity, covariance, found.inliers, pairs.len()))
+    let displacement = similarity.apply(centre_of_b) - centre_of_a;
+    MotionAnswer::Motion(motion(similarity, displacement, covariance, factor as f64, [found.inliers, pairs.len()]))
 }
 
+/// The answer in pixels `factor` times as small; `counts` are inliers and matches.
 fn motion(
-    a: &Gray,
-    centre: Vector2<f64>,
     similarity: Similarity,
+    displacement: Vector2<f64>,
     covariance: Matrix2<f64>,
-    inliers: usize,
-    matches: usize,
+    factor: f64,
+    counts: [usize; 2],
 ) -> Motion {
     let Similarity { c, s, t } = similarity;
-    let displacement = similarity.apply(centre) - Vector2::new(a.width_px() as f64 / 2.0, a.height_px() as f64 / 2.0);
+    let (t, displacement, covariance) = (t * factor, displacement * factor, covariance * factor * factor);
     Motion {
         a_from_b: [[c, -s, t.x], [s, c, t.y]],
         rotation_deg: similarity.rotation_rad().to_degrees(),
         scale: similarity.scale(),
         displacement_px: [displacement.x, displacement.y],
         covariance_px2: [[covariance[(0, 0)], covariance[(0, 1)]], [covariance[(1, 0)], covariance[(1, 1)]]],
-        inliers,
-        matches,
+        inliers: counts[0],
+        matches: counts[1],
     }
 }
 

@@ -46,6 +46,25 @@ fn finds_the_motion_to_a_few_hundredths_of_a_pixel_at_any_turn() {
     }
 }
 
+/// Every pixel of a frame as a square of 12.
+fn enlarged(frame: &Gray) -> Gray {
+    let (w, h) = (frame.width_px() * 12, frame.height_px() * 12);
+    Gray::from_values(w, h, (0..w * h).map(|i| frame.at(i % w / 12, i / w / 12)).collect()).unwrap()
+}
+
+#[test]
+fn large_frames_are_answered_in_their_own_pixels() {
+    let truth = turned(3.0, 1.0, 60.3, -20.7);
+    let (a, b) = (frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0), frame(&truth, 1.0));
+    let MotionAnswer::Motion(motion) = register(&enlarged(&a), &enlarged(&b), &MotionPrior::default()) else {
+        panic!("not registered")
+    };
+    let expected = (truth.apply(Vector2::new(120.0, 100.0)) - Vector2::new(120.0, 100.0)) * 12.0;
+    let off = Vector2::from(motion.displacement_px) - expected;
+    assert!(off.norm() < 1.5, "{off}");
+    assert!((motion.a_from_b[0][2] - truth.t.x * 12.0).abs() < 3.0);
+}
+
 #[test]
 fn says_so_where_nothing_is_shared_or_shown() {
     let a = frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0);
