@@ -43,6 +43,8 @@ pub struct Fix {
     pub score: f64,
     /// Probability that an accepted fix of this evidence is wrong.
     pub false_fix_probability: f64,
+    /// log10 of the number of accidents as good as this one to expect in a search of this size.
+    pub log10_false_alarms: Option<f64>,
     /// The ground in the middle of the image.
     pub image_centre: Point,
     /// Local windows that agree.
@@ -68,6 +70,9 @@ pub struct NoFix {
     pub detail: String,
     /// Best score seen, where a search was made.
     pub score: Option<f64>,
+    /// log10 of the number of accidents as good as the best place to expect in a search of this size; absent where no
+    /// place had windows that agree.
+    pub log10_false_alarms: Option<f64>,
     /// Base tiles whose imagery was searched.
     pub tiles_searched: usize,
     /// The paper's count for this search.

@@ -70,7 +70,7 @@ pub fn locate_while(
     let layer = store.layer(&request.layer)?;
     let camera = Camera::new(&request.view, frame.width_px() as u32, frame.height_px() as u32)?;
     let mut search =
-        Search { store, layer, request, wanted, start, nominal_count: 0.0, tiles_searched: 0, score: None };
+        Search { store, layer, request, wanted, start, nominal_count: 0.0, tiles_searched: 0, score: None, log10_false_alarms: None };
     search.nominal_count = search.nominal_count_of(&camera);
     search.run(&mut Frame::new(frame, camera), threads)
 }
@@ -85,6 +85,7 @@ struct Search<'a> {
     nominal_count: f64,
     tiles_searched: usize,
     score: Option<f64>,
+    log10_false_alarms: Option<f64>,
 }
 
 impl Search<'_> {
@@ -158,6 +159,7 @@ impl Search<'_> {
             return Ok(self.no_fix(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
         };
         self.score = Some(best.standing);
+        self.log10_false_alarms = Some(best.log10_false_alarms);
         if let Some((reason, detail)) = self.objection(best, looked.get(1)) {
             return Ok(self.no_fix(reason, detail));
         }
@@ -264,6 +266,7 @@ impl Search<'_> {
             covariance_m2,
             score: self.score.unwrap_or(0.0),
             false_fix_probability: 10f64.powf(candidate.log10_false_alarms).clamp(LEAST_FALSE_FIX_PROBABILITY, 1.0),
+            log10_false_alarms: self.log10_false_alarms,
             image_centre: image_centre(&camera, nadir, pose.heading_rad),
             inliers: best.fit.inliers.len(),
             tiles_searched: self.tiles_searched,
@@ -279,6 +282,7 @@ impl Search<'_> {
             reason,
             detail,
             score: self.score,
+            log10_false_alarms: self.log10_false_alarms,
             tiles_searched: self.tiles_searched,
             nominal_count: self.nominal_count,
             time_s: self.request.time_s,

@@ -168,7 +168,7 @@ mod tests {
     fn the_drawn_ellipse_is_the_covariances_own() {
         let fix: Fix = serde_json::from_value(serde_json::json!({
             "latitude_deg": 0.0, "longitude_deg": 0.0, "heading_deg": 0.0, "heading_sigma_deg": 0.0, "gsd_m_per_px": 1.0,
-            "scale_sigma_ratio": 0.0, "covariance_m2": [[5.0, 2.0], [2.0, 2.0]], "score": 0.0, "false_fix_probability": 0.0,
+            "scale_sigma_ratio": 0.0, "covariance_m2": [[5.0, 2.0], [2.0, 2.0]], "score": 0.0, "false_fix_probability": 0.0, "log10_false_alarms": null,
             "image_centre": {"latitude_deg": 0.0, "longitude_deg": 0.0}, "inliers": 0, "tiles_searched": 0,
             "nominal_count": 0.0, "map_epoch": null, "time_s": null, "elapsed_ms": 0.0
         }))
