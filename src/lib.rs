@@ -15,6 +15,7 @@ pub mod region;
 pub mod registration;
 pub mod report;
 pub mod server;
+mod simd;
 pub mod store;
 pub mod tile;
 pub mod trial;

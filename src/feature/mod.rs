@@ -4,4 +4,4 @@
 pub mod keypoint;
 mod structure;
 
-pub use structure::{BORDER_PX, Structure};
+pub use structure::{BORDER_PX, CHANNEL_ONE, ENERGY_ONE, Structure};

@@ -82,11 +82,6 @@ impl SearchArea {
         Self { zoom, left, top, width_px, height_px, ellipse }
     }
 
-    /// The level.
-    pub fn zoom(&self) -> u8 {
-        self.zoom
-    }
-
     /// The same area cut to the pixels within `reach_px` of a layer's bounds, where alone a frame can show its ground;
     /// `None` where nothing is left.
     pub fn near_layer(mut self, layer: &Layer, reach_px: f64) -> Option<Self> {

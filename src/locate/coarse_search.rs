@@ -4,8 +4,7 @@ use super::area::SearchArea;
 use super::map::{Map, PixelWindow};
 use super::pose::{Frame, Pose, structure_of};
 use super::request::LocateError;
-use crate::feature::Structure;
-use crate::registration::coarse::{CoarseMap, Surface};
+use crate::registration::coarse::{CoarseMap, Fourier, PlacedView, Reach, Surface};
 use crate::store::StoreError;
 use crate::tile::{Gsd, WorldPixel};
 
@@ -41,6 +40,16 @@ pub struct CoarseResult {
 }
 
 impl CoarseResult {
+    /// Both searches as one.
+    pub fn with(self, other: Self) -> Self {
+        let places = self.places + other.places;
+        let share = |a: f64, b: f64| if places > 0.0 { (a * self.places + b * other.places) / places } else { 0.0 };
+        let mean = share(self.mean, other.mean);
+        let square = |r: &Self| r.deviation.powi(2) + (r.mean - mean).powi(2);
+        let deviation = share(square(&self), square(&other)).sqrt();
+        Self { mean, deviation, places, peaks: distinct([self.peaks, other.peaks].concat()) }
+    }
+
     /// A statistic in standard deviations of the surface.
     pub fn score(&self, statistic: f64) -> f64 {
         if self.deviation > 0.0 { (statistic - self.mean) / self.deviation } else { 0.0 }
@@ -51,10 +60,13 @@ impl CoarseResult {
 pub const BLOCK_PX: i64 = 512;
 /// Surfaces held at once: a full turn under a vague height has thousands.
 const BATCH: usize = 64;
+/// Neighbouring hypotheses that share a denominator: their views differ by a few pixels at the rim.
+const ALIKE: usize = 4;
 /// Peaks kept.
 const PEAKS: usize = 8;
 
-/// Sums over surfaces, and the best of every place.
+/// Sums over surfaces, and the peaks of every block.
+#[derive(Default)]
 struct Tally {
     sum: f64,
     sum_squares: f64,
@@ -67,14 +79,14 @@ struct Tally {
 /// # Errors
 /// Where the store cannot give a tile; [`LocateError::GivenUp`].
 pub fn search(
-    map: &mut Map<'_>,
+    map: &Map<'_>,
     frame: &Frame<'_>,
     area: &SearchArea,
     hypotheses: &[Hypothesis],
     threads: usize,
     wanted: &dyn Fn() -> bool,
 ) -> Result<CoarseResult, LocateError> {
-    let mut tally = Tally { sum: 0.0, sum_squares: 0.0, count: 0.0, peaks: Vec::new() };
+    let mut tally = Tally::default();
     for block in area.blocks(BLOCK_PX) {
         if !wanted() {
             return Err(LocateError::GivenUp);
@@ -83,19 +95,18 @@ pub fn search(
     }
     let mean = if tally.count > 0.0 { tally.sum / tally.count } else { 0.0 };
     let variance = if tally.count > 0.0 { tally.sum_squares / tally.count - mean * mean } else { 0.0 };
-    let peaks = distinct(tally.peaks, area.zoom());
+    let peaks = distinct(tally.peaks);
     Ok(CoarseResult { peaks, mean, deviation: variance.max(0.0).sqrt(), places: tally.count })
 }
 
-/// A view of one hypothesis, ready to be correlated.
-struct Template {
-    hypothesis: Hypothesis,
-    structure: Structure,
-    nadir_px: [i64; 2],
+/// The frame under some hypotheses at one level.
+struct Templates {
+    hypotheses: Vec<Hypothesis>,
+    views: Vec<PlacedView>,
 }
 
 fn search_block(
-    map: &mut Map<'_>,
+    map: &Map<'_>,
     frame: &Frame<'_>,
     area: &SearchArea,
     block: &PixelWindow,
@@ -103,123 +114,148 @@ fn search_block(
     threads: usize,
     tally: &mut Tally,
 ) -> Result<(), StoreError> {
-    let gsd = area.gsd_of(block);
-    let templates = templates(frame, block.zoom, gsd, hypotheses);
-    let reach = |pick: fn(&Template) -> i64| templates.iter().map(pick).max().unwrap_or(0);
-    let left = reach(|t| t.nadir_px[0]);
-    let top = reach(|t| t.nadir_px[1]);
-    let right = reach(|t| t.structure.width_px as i64 - t.nadir_px[0]);
-    let bottom = reach(|t| t.structure.height_px as i64 - t.nadir_px[1]);
-    if templates.is_empty() {
+    let templates = templates(frame, block.zoom, area.gsd_of(block), hypotheses);
+    if templates.views.is_empty() {
         return Ok(());
     }
-    // A camera so tilted that it does not see its nadir still needs the nadirs' own block inside.
-    let (left, top, right, bottom) = (left.max(0), top.max(0), right.max(1), bottom.max(1));
-    let window = PixelWindow {
+    let reach = Reach::of(&templates.views);
+    let structure = map.window(&PixelWindow {
         zoom: block.zoom,
-        left: block.left - left,
-        top: block.top - top,
-        width_px: block.width_px + (left + right) as usize,
-        height_px: block.height_px + (top + bottom) as usize,
-    };
-    let (gray, mask) = map.window(&window)?;
-    let structure = Structure::of(&gray, &mask);
+        left: block.left - reach.left as i64,
+        top: block.top - reach.top as i64,
+        width_px: block.width_px + reach.left + reach.right - 1,
+        height_px: block.height_px + reach.top + reach.bottom - 1,
+    })?;
     if structure.total_energy() <= 0.0 {
         return Ok(());
     }
-    let coarse = CoarseMap::new(&structure);
-    let mut best = vec![(f32::NEG_INFINITY, 0usize); block.width_px * block.height_px];
-    for (batch, some) in templates.chunks(BATCH).enumerate() {
-        let surfaces = correlate_all(&coarse, some, threads);
-        for (within, (template, surface)) in some.iter().zip(&surfaces).enumerate() {
-            let Some(surface) = surface else { continue };
-            let offset = [(left - template.nadir_px[0]) as usize, (top - template.nadir_px[1]) as usize];
-            accumulate(surface, offset, block, area, batch * BATCH + within, tally, &mut best);
+    let coarse = CoarseMap::new(&structure, reach);
+    let mut best = Best::new(block, area);
+    for (batch, views) in templates.views.chunks(BATCH).enumerate() {
+        for (within, surface) in correlate_all(&coarse, views, threads).iter().enumerate() {
+            if let Some(surface) = surface {
+                best.take(surface, batch * BATCH + within, tally);
+            }
         }
     }
-    tally.peaks.extend(peaks_of(&best, block, &templates));
+    tally.peaks.extend(best.peaks(&templates.hypotheses));
     Ok(())
 }
 
-fn templates(frame: &Frame<'_>, zoom: u8, gsd: Gsd, hypotheses: &[Hypothesis]) -> Vec<Template> {
-    let make = |&hypothesis: &Hypothesis| {
-        let view = frame.view(zoom, gsd, hypothesis.heading_rad, hypothesis.height_ratio, [0.0; 2])?;
+fn templates(frame: &Frame<'_>, zoom: u8, gsd: Gsd, hypotheses: &[Hypothesis]) -> Templates {
+    let mut templates = Templates { hypotheses: Vec::new(), views: Vec::new() };
+    for &hypothesis in hypotheses {
+        let view = frame.view(zoom, gsd, hypothesis.heading_rad, hypothesis.height_ratio, [0.0; 2]);
+        let Some(view) = view else { continue };
         let nadir_px = [view.grid.nadir_px[0].round() as i64, view.grid.nadir_px[1].round() as i64];
         let structure = structure_of(&view);
-        (structure.total_energy() > 0.0).then_some(Template { hypothesis, structure, nadir_px })
-    };
-    hypotheses.iter().filter_map(make).collect()
+        if structure.total_energy() > 0.0 {
+            templates.hypotheses.push(hypothesis);
+            templates.views.push(PlacedView { structure, nadir_px });
+        }
+    }
+    templates
 }
 
-/// One surface for each template, in order, whatever the number of threads.
-fn correlate_all(map: &CoarseMap, templates: &[Template], threads: usize) -> Vec<Option<Surface>> {
-    let share = templates.len().div_ceil(threads.max(1)).max(1);
-    let work = |chunk: &[Template]| {
+/// One surface for each view, in order, whatever the number of threads.
+fn correlate_all(map: &CoarseMap, views: &[PlacedView], threads: usize) -> Vec<Option<Surface>> {
+    let share = views.len().div_ceil(ALIKE).div_ceil(threads.max(1)).max(1) * ALIKE;
+    let work = |views: &[PlacedView]| {
         let mut fourier = map.fourier();
-        chunk.iter().map(|t| map.correlate(&mut fourier, &t.structure)).collect::<Vec<_>>()
+        views.chunks(ALIKE).flat_map(|alike| correlate_alike(map, &mut fourier, alike)).collect::<Vec<_>>()
     };
     if threads <= 1 {
-        return work(templates);
+        return work(views);
     }
     std::thread::scope(|scope| {
-        let handles: Vec<_> = templates.chunks(share).map(|chunk| scope.spawn(move || work(chunk))).collect();
+        let handles: Vec<_> = views.chunks(share).map(|chunk| scope.spawn(move || work(chunk))).collect();
         handles.into_iter().flat_map(|h| h.join().expect("correlation does not panic")).collect()
     })
 }
 
-fn accumulate(
-    surface: &Surface,
-    offset: [usize; 2],
-    block: &PixelWindow,
-    area: &SearchArea,
-    index: usize,
-    tally: &mut Tally,
-    best: &mut [(f32, usize)],
-) {
-    for y in 0..block.height_px.min(surface.height.saturating_sub(offset[1])) {
-        let row = &surface.values[(y + offset[1]) * surface.width..][..surface.width];
-        for x in 0..block.width_px.min(surface.width.saturating_sub(offset[0])) {
-            let value = row[x + offset[0]];
-            if value == 0.0 || !area.holds(block.left + x as i64, block.top + y as i64) {
-                continue;
-            }
-            tally.sum += f64::from(value);
-            tally.sum_squares += f64::from(value).powi(2);
-            tally.count += 1.0;
-            let place = &mut best[y * block.width_px + x];
-            if value > place.0 {
-                *place = (value, index);
-            }
+/// Surfaces of views so alike that one denominator serves all.
+fn correlate_alike(map: &CoarseMap, fourier: &mut Fourier, alike: &[PlacedView]) -> Vec<Option<Surface>> {
+    let Some(spread) = map.spread(fourier, &alike[alike.len() / 2]) else {
+        return alike.iter().map(|_| None).collect();
+    };
+    let mut surfaces = Vec::with_capacity(alike.len());
+    for pair in alike.chunks(2) {
+        let [first, second] = map.correlate(fourier, [&pair[0], &pair[pair.len() - 1]], &spread);
+        surfaces.push(Some(first));
+        if pair.len() == 2 {
+            surfaces.push(Some(second));
         }
+    }
+    surfaces
+}
+
+/// The best T of every place of a block, and which hypothesis gave it.
+struct Best<'a> {
+    block: &'a PixelWindow,
+    /// Whether a place belongs to the area.
+    held: Vec<bool>,
+    values: Vec<f32>,
+    indices: Vec<u32>,
+}
+
+impl<'a> Best<'a> {
+    fn new(block: &'a PixelWindow, area: &SearchArea) -> Self {
+        let places = (0..block.height_px as i64).flat_map(|y| (0..block.width_px as i64).map(move |x| (x, y)));
+        let held: Vec<bool> = places.map(|(x, y)| area.holds(block.left + x, block.top + y)).collect();
+        let count = held.len();
+        Self { block, held, values: vec![f32::NEG_INFINITY; count], indices: vec![0; count] }
+    }
+
+    fn take(&mut self, surface: &Surface, index: usize, tally: &mut Tally) {
+        let width = self.block.width_px;
+        for (row, surface) in surface.values.chunks_exact(width).enumerate().take(self.block.height_px) {
+            let span = row * width..(row + 1) * width;
+            let (held, best) = (&self.held[span.clone()], &mut self.values[span.clone()]);
+            let indices = &mut self.indices[span];
+            let (mut sum, mut squares, mut count) = (0f32, 0f32, 0u32);
+            for x in 0..width {
+                let counts = held[x] && surface[x] != 0.0;
+                let value = if counts { surface[x] } else { 0.0 };
+                sum += value;
+                squares += value * value;
+                count += u32::from(counts);
+                let better = counts && value > best[x];
+                best[x] = if better { value } else { best[x] };
+                indices[x] = if better { index as u32 } else { indices[x] };
+            }
+            tally.sum += f64::from(sum);
+            tally.sum_squares += f64::from(squares);
+            tally.count += f64::from(count);
+        }
+    }
+
+    /// Local maxima, whole pixels: the next level refines them.
+    fn peaks(&self, hypotheses: &[Hypothesis]) -> Vec<Peak> {
+        let (width, height) = (self.block.width_px, self.block.height_px);
+        let is_peak = |x: usize, y: usize| {
+            let value = self.values[y * width + x];
+            let neighbours = (y.saturating_sub(1)..(y + 2).min(height))
+                .flat_map(|j| (x.saturating_sub(1)..(x + 2).min(width)).map(move |i| (i, j)));
+            value > 0.0 && neighbours.into_iter().all(|(i, j)| self.values[j * width + i] <= value)
+        };
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let mut peaks: Vec<Peak> = places.filter(|&(x, y)| is_peak(x, y)).map(|at| self.peak(at, hypotheses)).collect();
+        strongest_first(&mut peaks);
+        peaks.truncate(PEAKS * 4);
+        peaks
+    }
+
+    fn peak(&self, (x, y): (usize, usize), hypotheses: &[Hypothesis]) -> Peak {
+        let i = y * self.block.width_px + x;
+        let Hypothesis { heading_rad, height_ratio } = hypotheses[self.indices[i] as usize];
+        let nadir = WorldPixel { x_px: (self.block.left + x as i64) as f64, y_px: (self.block.top + y as i64) as f64 };
+        let pose = Pose { nadir, zoom: self.block.zoom, heading_rad, height_ratio };
+        Peak { pose, statistic: f64::from(self.values[i]) }
     }
 }
 
-/// Local maxima of the best T of every place, refined to a fraction of a pixel by no one: the next level does that.
-fn peaks_of(best: &[(f32, usize)], block: &PixelWindow, templates: &[Template]) -> Vec<Peak> {
-    let (width, height) = (block.width_px, block.height_px);
-    let is_peak = |x: usize, y: usize| {
-        let value = best[y * width + x].0;
-        let neighbours = (y.saturating_sub(1)..(y + 2).min(height))
-            .flat_map(|j| (x.saturating_sub(1)..(x + 2).min(width)).map(move |i| (i, j)));
-        value > 0.0 && neighbours.into_iter().all(|(i, j)| best[j * width + i].0 <= value)
-    };
-    let mut peaks: Vec<Peak> = (0..height)
-        .flat_map(|y| (0..width).map(move |x| (x, y)))
-        .filter(|&(x, y)| is_peak(x, y))
-        .map(|(x, y)| {
-            let (value, index) = best[y * width + x];
-            let Hypothesis { heading_rad, height_ratio } = templates[index].hypothesis;
-            let nadir = WorldPixel { x_px: (block.left + x as i64) as f64, y_px: (block.top + y as i64) as f64 };
-            Peak { pose: Pose { nadir, zoom: block.zoom, heading_rad, height_ratio }, statistic: f64::from(value) }
-        })
-        .collect();
-    strongest_first(&mut peaks);
-    peaks.truncate(PEAKS * 4);
-    peaks
-}
-
 /// Drops peaks near better ones.
-fn distinct(mut peaks: Vec<Peak>, _zoom: u8) -> Vec<Peak> {
+fn distinct(mut peaks: Vec<Peak>) -> Vec<Peak> {
     const APART_PX: f64 = 4.0;
     strongest_first(&mut peaks);
     let mut kept: Vec<Peak> = Vec::new();

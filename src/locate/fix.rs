@@ -30,6 +30,8 @@ const MOST_REACH_PX: f64 = 1000.0;
 const LOOKED_AT: usize = 5;
 /// A fix is expected to be accidental less often than once in 10^6 searches of its size, by the count of its windows.
 const MOST_LOG10_FALSE_ALARMS: f64 = -6.0;
+/// A fix this sure among the likely headings and scales needs no look at the rest.
+const SURE_LOG10_FALSE_ALARMS: f64 = -15.0;
 /// A second place with this much evidence makes the first ambiguous.
 const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
 /// Where the windows of one place agree by accident less often than this, peaks that are no rivals are passed over.
@@ -69,8 +71,17 @@ pub fn locate_while(
     request.check()?;
     let layer = store.layer(&request.layer)?;
     let camera = Camera::new(&request.view, frame.width_px() as u32, frame.height_px() as u32)?;
-    let mut search =
-        Search { store, layer, request, wanted, start, nominal_count: 0.0, tiles_searched: 0, score: None, log10_false_alarms: None };
+    let mut search = Search {
+        store,
+        layer,
+        request,
+        wanted,
+        start,
+        nominal_count: 0.0,
+        tiles_searched: 0,
+        score: None,
+        log10_false_alarms: None,
+    };
     search.nominal_count = search.nominal_count_of(&camera);
     search.run(&mut Frame::new(frame, camera), threads)
 }
@@ -122,48 +133,55 @@ impl Search<'_> {
         for zoom in levels.all() {
             frame.prepare(zoom, gsd_at(near, zoom));
         }
-        let coarse = self.coarse(frame, &area, reach_px, threads)?;
-        self.decide(frame, levels, &coarse)
+        self.search(frame, levels, &area, reach_px, threads)
     }
 
-    fn coarse(
-        &self,
+    /// The likely headings and scales first; the rest only where these leave any doubt.
+    fn search(
+        &mut self,
         frame: &Frame<'_>,
+        levels: Levels,
         area: &SearchArea,
-        half_diagonal_px: f64,
+        reach_px: f64,
         threads: usize,
-    ) -> Result<CoarseResult, LocateError> {
-        let hypotheses = hypotheses(self.request, half_diagonal_px);
-        // What one correlation covers: the places, and the view's reach around them.
-        let around = 2.0 * half_diagonal_px;
-        let pixels: f64 = area
-            .blocks(coarse_search::BLOCK_PX)
-            .iter()
-            .map(|b| (b.width_px as f64 + around) * (b.height_px as f64 + around))
-            .sum();
-        if pixels * hypotheses.len() as f64 > MOST_PLACES {
-            return Err(LocateError::TooWide { pixels, hypotheses: hypotheses.len(), limit: MOST_PLACES });
+    ) -> Result<Answer, LocateError> {
+        let parts = hypotheses(self.request, reach_px);
+        check_width(area, reach_px, parts.iter().map(Vec::len).sum())?;
+        let map = Map::new(self.store, self.layer);
+        let mut coarse = CoarseResult::default();
+        let mut verdict = None;
+        for part in parts.iter().filter(|p| !p.is_empty()) {
+            coarse = coarse.with(coarse_search::search(&map, frame, area, part, threads, self.wanted)?);
+            let found = self.weigh(frame, levels, &coarse)?;
+            let is_sure = matches!(&found, Verdict::Accepted(c) if c.log10_false_alarms <= SURE_LOG10_FALSE_ALARMS);
+            verdict = Some(found);
+            if is_sure {
+                break;
+            }
         }
-        let mut map = Map::new(self.store, self.layer);
-        coarse_search::search(&mut map, frame, area, &hypotheses, threads, self.wanted)
+        match verdict {
+            Some(Verdict::Accepted(best)) => self.fix(frame, &best),
+            Some(Verdict::Refused(reason, detail)) => Ok(self.no_fix(reason, detail)),
+            None => Ok(self.no_fix(Reason::TooLittleStructure, "no heading nor scale is left open".into())),
+        }
     }
 
-    fn decide(&mut self, frame: &Frame<'_>, levels: Levels, coarse: &CoarseResult) -> Result<Answer, LocateError> {
+    /// What the best places found so far are worth.
+    fn weigh(&mut self, frame: &Frame<'_>, levels: Levels, coarse: &CoarseResult) -> Result<Verdict, LocateError> {
         let Some(first) = coarse.peaks.first() else {
             let detail = "nothing in the frame or the region can be compared".into();
-            return Ok(self.no_fix(Reason::TooLittleStructure, detail));
+            return Ok(Verdict::Refused(Reason::TooLittleStructure, detail));
         };
         self.score = Some(coarse.score(first.statistic));
-        let looked = self.look_closely(frame, levels, coarse)?;
-        let Some(best) = looked.first() else {
-            return Ok(self.no_fix(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
+        let mut looked = self.look_closely(frame, levels, coarse)?.into_iter();
+        let Some(best) = looked.next() else {
+            return Ok(Verdict::Refused(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
         };
         self.score = Some(best.standing);
-        self.log10_false_alarms = Some(best.log10_false_alarms);
-        if let Some((reason, detail)) = self.objection(best, looked.get(1)) {
-            return Ok(self.no_fix(reason, detail));
-        }
-        self.fix(frame, best)
+        Ok(match self.objection(&best, looked.next().as_ref()) {
+            Some((reason, detail)) => Verdict::Refused(reason, detail),
+            None => Verdict::Accepted(best),
+        })
     }
 
     /// The most likely places with all their evidence, best first.
@@ -173,7 +191,7 @@ impl Search<'_> {
         levels: Levels,
         coarse: &CoarseResult,
     ) -> Result<Vec<Candidate>, LocateError> {
-        let mut map = Map::new(self.store, self.layer);
+        let map = Map::new(self.store, self.layer);
         let mut found: Vec<Refined> = Vec::new();
         let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
         for peak in coarse.peaks.iter().take(LOOKED_AT) {
@@ -184,13 +202,13 @@ impl Search<'_> {
             if sure && peak.statistic < RIVAL_SHARE * highest {
                 break;
             }
-            let refined = refine(&mut map, frame, peak.pose, levels.finest, LOOKED_AT as f64)?;
+            let refined = refine(&map, frame, peak.pose, levels.finest, LOOKED_AT as f64)?;
             found.extend(refined.filter(|r| !found.iter().any(|other| same_place(other, r))));
         }
         found.sort_by(|a, b| a.log10_accidents.total_cmp(&b.log10_accidents));
         let mut candidates = Vec::new();
         for refined in found.into_iter().take(WEIGHED) {
-            let standing = standing_of(&mut map, frame, &refined)?;
+            let standing = standing_of(&map, frame, &refined)?;
             let by_chance = evidence::log10_peak_by_chance(standing, coarse.places);
             let log10_false_alarms = by_chance + refined.log10_accidents;
             candidates.push(Candidate { refined, standing, log10_false_alarms });
@@ -325,6 +343,22 @@ impl Search<'_> {
         let bounds = area.mercator_bounds(reach_px);
         Ok(self.store.footprints_in(self.layer, self.layer.base_zoom, &bounds)?.len())
     }
+}
+
+enum Verdict {
+    Accepted(Candidate),
+    Refused(Reason, String),
+}
+
+/// Refuses what would take too long.
+fn check_width(area: &SearchArea, reach_px: f64, hypotheses: usize) -> Result<(), LocateError> {
+    // What one correlation covers: the places, and the view's reach around them.
+    let side = |px: usize| px as f64 + 2.0 * reach_px;
+    let pixels: f64 = area.blocks(coarse_search::BLOCK_PX).iter().map(|b| side(b.width_px) * side(b.height_px)).sum();
+    if pixels * hypotheses as f64 > MOST_PLACES {
+        return Err(LocateError::TooWide { pixels, hypotheses, limit: MOST_PLACES });
+    }
+    Ok(())
 }
 
 /// A place looked at closely, with all its evidence.

@@ -9,23 +9,34 @@ const REACH_SIGMAS: f64 = 3.0;
 /// A step may move the frame's edge by this many coarse pixels.
 const STEP_PX: f64 = 2.4;
 
-/// All combinations for a frame whose half diagonal has `half_diagonal_px` coarse pixels, the stated ones first.
-pub fn hypotheses(request: &FixRequest, half_diagonal_px: f64) -> Vec<Hypothesis> {
+/// Of a known heading those within this many standard deviations are tried first.
+const LIKELY_SIGMAS: f64 = 1.5;
+
+/// All combinations for a frame whose half diagonal has `half_diagonal_px` coarse pixels, in two parts: the likely ones
+/// (stated scale, headings near the stated one or, unknown, all) and the rest.
+pub fn hypotheses(request: &FixRequest, half_diagonal_px: f64) -> [Vec<Hypothesis>; 2] {
     let step = STEP_PX / half_diagonal_px.max(STEP_PX);
     let ratios = around(REACH_SIGMAS * request.scale_sigma_ratio, 1.5 * step);
-    let headings: Vec<f64> = match request.heading {
+    let (headings, likely) = match request.heading {
         Some(HeadingPrior { heading_rad, sigma_rad }) if REACH_SIGMAS * sigma_rad < PI => {
-            around(REACH_SIGMAS * sigma_rad, step).into_iter().map(|d| heading_rad + d).collect()
+            let offsets = around(REACH_SIGMAS * sigma_rad, step);
+            let likely = offsets.iter().filter(|d| d.abs() <= LIKELY_SIGMAS * sigma_rad).count();
+            (offsets.into_iter().map(|d| heading_rad + d).collect(), likely)
         }
         _ => {
             let count = (TAU / step).ceil();
-            (0..count as usize).map(|i| i as f64 * TAU / count).collect()
+            let headings: Vec<f64> = (0..count as usize).map(|i| i as f64 * TAU / count).collect();
+            (headings, usize::MAX)
         }
     };
-    ratios
-        .iter()
-        .flat_map(|&r| headings.iter().map(move |&heading_rad| Hypothesis { heading_rad, height_ratio: r.exp() }))
-        .collect()
+    let mut parts = [Vec::new(), Vec::new()];
+    for (i, r) in ratios.iter().enumerate() {
+        for (j, &heading_rad) in headings.iter().enumerate() {
+            let part = usize::from(i > 0 || j >= likely);
+            parts[part].push(Hypothesis { heading_rad, height_ratio: r.exp() });
+        }
+    }
+    parts
 }
 
 /// Zero, then pairs outwards, at most `step` apart, so that nothing within `reach` is farther than half a step.

@@ -49,7 +49,7 @@ const MAX_TURN_RAD: f64 = 0.14;
 /// # Errors
 /// Where the store cannot give a tile.
 pub fn refine(
-    map: &mut Map<'_>,
+    map: &Map<'_>,
     frame: &Frame<'_>,
     start: Pose,
     finest: u8,
@@ -80,7 +80,7 @@ pub fn refine(
 ///
 /// # Errors
 /// Where the store cannot give a tile.
-pub fn standing_of(map: &mut Map<'_>, frame: &Frame<'_>, refined: &Refined) -> Result<f64, StoreError> {
+pub fn standing_of(map: &Map<'_>, frame: &Frame<'_>, refined: &Refined) -> Result<f64, StoreError> {
     let looked = look(map, frame, &refined.pose, standing::REACH_PX)?;
     let found = looked.and_then(|l| standing(&l.view, &l.ground, [standing::REACH_PX; 2]));
     Ok(found.unwrap_or(0.0))
@@ -107,7 +107,7 @@ struct Looked {
 }
 
 /// The frame through a pose, and the map that it should lie on with `margin_px` around.
-fn look(map: &mut Map<'_>, frame: &Frame<'_>, pose: &Pose, margin_px: usize) -> Result<Option<Looked>, StoreError> {
+fn look(map: &Map<'_>, frame: &Frame<'_>, pose: &Pose, margin_px: usize) -> Result<Option<Looked>, StoreError> {
     let Ok(place) = pose.nadir.to_geodetic(pose.zoom) else { return Ok(None) };
     let gsd = gsd_at(place, pose.zoom);
     let WorldPixel { x_px, y_px } = pose.nadir;
@@ -124,9 +124,9 @@ fn look(map: &mut Map<'_>, frame: &Frame<'_>, pose: &Pose, margin_px: usize) -> 
         width_px: view.grid.width_px + 2 * margin_px,
         height_px: view.grid.height_px + 2 * margin_px,
     };
-    let (gray, mask) = map.window(&window)?;
+    let ground = map.window(&window)?;
     let gsd_m_per_px = gsd.mean_m_per_px();
-    Ok(Some(Looked { view: structure_of(&view), ground: Structure::of(&gray, &mask), pivot_px, gsd_m_per_px }))
+    Ok(Some(Looked { view: structure_of(&view), ground, pivot_px, gsd_m_per_px }))
 }
 
 /// A sixth of the frame's edge, a multiple of 8 from 16 to 48 px.

@@ -1,5 +1,7 @@
 //! `Mask`: which pixels are real.
 
+use crate::simd::dispatch;
+
 /// One byte a pixel, 255 valid, 0 missing, row by row from the top, shape (height, width).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
@@ -64,31 +66,40 @@ impl Mask {
     }
 
     /// The mask with `radius_px` taken off around every hole and along the image's edge (a square neighbourhood must
-    /// be valid). Time does not depend on the radius.
+    /// be valid).
     pub fn eroded(&self, radius_px: usize) -> Self {
         let (width, height) = (self.width_px, self.height_px);
         let mut rows = vec![0u8; width * height];
-        for y in 0..height {
-            let line = &self.values[y * width..(y + 1) * width];
-            let mut run = 0;
-            for x in 0..width {
-                run = if line[x] != 0 { run + 1 } else { 0 };
-                if run > 2 * radius_px {
-                    rows[y * width + x - radius_px] = 255;
-                }
-            }
-        }
         let mut values = vec![0u8; width * height];
-        let mut runs = vec![0usize; width];
-        for y in 0..height {
-            for x in 0..width {
-                runs[x] = if rows[y * width + x] != 0 { runs[x] + 1 } else { 0 };
-                if runs[x] > 2 * radius_px {
-                    values[(y - radius_px) * width + x] = 255;
-                }
-            }
+        let size = 2 * radius_px + 1;
+        if size > width || size > height {
+            return Self { width_px: width, height_px: height, values };
+        }
+        for (line, out) in self.values.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
+            let shifted = |d: usize| &line[d..d + width - size + 1];
+            and_all(size, shifted, &mut out[radius_px..width - radius_px]);
+        }
+        for y in radius_px..height - radius_px {
+            let row = |d: usize| &rows[(y + d - radius_px) * width..][..width];
+            and_all(size, row, &mut values[y * width..(y + 1) * width]);
         }
         Self { width_px: width, height_px: height, values }
+    }
+}
+
+/// Writes the bitwise and of `count` rows.
+fn and_all<'a>(count: usize, row: impl Fn(usize) -> &'a [u8], out: &mut [u8]) {
+    out.fill(255);
+    for d in 0..count {
+        and_row(row(d), out);
+    }
+}
+
+dispatch! {
+    fn and_row(row: &[u8], out: &mut [u8]) {
+        for (o, v) in out.iter_mut().zip(row) {
+            *o &= v;
+        }
     }
 }
 

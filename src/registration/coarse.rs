@@ -11,28 +11,70 @@
 //! the view reaches beyond the map: half an overlap can at best give a peak 1 / sqrt 2 as high. So one threshold holds
 //! for full fields, masked edges and water. The spread itself (neighbouring pixels are not independent) is measured on
 //! the surface.
+//!
+//! The denominator is a smooth function of heading and scale, so views that hardly differ share one ([`Spread`]). Two
+//! views share one inverse transform, one as its real part and one as its imaginary part, and neither the rows that a
+//! view leaves empty nor those that nobody asked for are transformed.
 
 pub use super::fourier::Fourier;
-use super::fourier::quick_length;
-use crate::feature::Structure;
+use super::fourier::{Plans, quick_length};
+use crate::feature::{CHANNEL_ONE, ENERGY_ONE, Structure};
 use rustfft::num_complex::Complex32;
+
+/// A view to place: its structure, and the nadir in it.
+#[derive(Debug, Clone)]
+pub struct PlacedView {
+    /// What is seen.
+    pub structure: Structure,
+    /// The nadir, whole pixels from the view's corner; may lie outside.
+    pub nadir_px: [i64; 2],
+}
+
+/// How far views reach from their nadirs to every side, pixels: left, top, right, bottom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reach {
+    /// Towards smaller columns.
+    pub left: usize,
+    /// Towards smaller rows.
+    pub top: usize,
+    /// Towards larger columns, the nadir's own included.
+    pub right: usize,
+    /// Towards larger rows, the nadir's own included.
+    pub bottom: usize,
+}
+
+impl Reach {
+    /// The reach of the farthest of `views`; at least the nadir's own pixel.
+    pub fn of(views: &[PlacedView]) -> Self {
+        let most = |pick: fn(&PlacedView) -> i64, least: i64| views.iter().map(pick).max().unwrap_or(0).max(least);
+        Self {
+            left: most(|v| v.nadir_px[0], 0) as usize,
+            top: most(|v| v.nadir_px[1], 0) as usize,
+            right: most(|v| v.structure.width_px as i64 - v.nadir_px[0], 1) as usize,
+            bottom: most(|v| v.structure.height_px as i64 - v.nadir_px[1], 1) as usize,
+        }
+    }
+}
 
 /// A map region's structure, transformed once for many views.
 pub struct CoarseMap {
+    plans: Plans,
     transform_size: [usize; 2],
     channels: [Vec<Complex32>; 2],
     energy: Vec<Complex32>,
     mean_energy: f64,
-    map_size_px: [usize; 2],
+    reach: Reach,
+    places: [usize; 2],
 }
 
-/// T at every placement of one view: element (x, y) is the view's upper-left corner at map pixel (x, y).
+/// One over the denominator of T at every place; 0 where too little is compared to say anything.
+pub struct Spread {
+    inverse: Vec<f32>,
+}
+
+/// T for a nadir at every place, shape (rows of places, columns), row by row; 0 where too little is compared.
 pub struct Surface {
-    /// Placements along x.
-    pub width: usize,
-    /// Placements along y.
-    pub height: usize,
-    /// T, row by row; 0 where too little is compared to say anything.
+    /// T.
     pub values: Vec<f32>,
 }
 
@@ -40,93 +82,157 @@ pub struct Surface {
 const LEAST_SHARE: f64 = 0.04;
 
 impl CoarseMap {
-    /// Transforms a region. Views must not be larger than the region.
-    pub fn new(map: &Structure) -> Self {
+    /// Transforms a region that holds `places` (columns, rows) of nadirs and `reach` around them.
+    pub fn new(map: &Structure, reach: Reach) -> Self {
         let transform_size = [quick_length(map.width_px), quick_length(map.height_px)];
-        let mut fourier = Fourier::new(transform_size[0], transform_size[1]);
-        let mut plane = |re: &[f32], im: Option<&[f32]>| {
-            let mut plane = padded(&fourier, map.width_px, re, im);
-            fourier.forward(&mut plane);
+        let plans = Plans::new(transform_size[0], transform_size[1]);
+        let mut fourier = Fourier::new(&plans);
+        let channels = [0, 1].map(|k| {
+            let mut plane = fourier.plane();
+            write_rows(&mut plane, transform_size[0], [0, 0], map, |s, i| channel(s, i, k));
+            fourier.forward(&mut plane, 0..map.height_px);
             plane
-        };
-        let channels = [plane(&map.planes[0], Some(&map.planes[1])), plane(&map.planes[2], Some(&map.planes[3]))];
-        let energy = plane(&map.energy, None);
-        let valid_px = (map.valid_fraction * (map.width_px * map.height_px) as f64).max(1.0);
-        Self {
-            mean_energy: map.total_energy() / valid_px,
-            transform_size,
-            channels,
-            energy,
-            map_size_px: [map.width_px, map.height_px],
-        }
+        });
+        let mut energy = fourier.plane();
+        write_rows(&mut energy, transform_size[0], [0, 0], map, energy_at);
+        fourier.forward(&mut energy, 0..map.height_px);
+        let places = [
+            (map.width_px + 1).saturating_sub(reach.left + reach.right),
+            (map.height_px + 1).saturating_sub(reach.top + reach.bottom),
+        ];
+        Self { plans, mean_energy: map.mean_energy(), transform_size, channels, energy, reach, places }
     }
 
-    /// Plans and scratch for [`CoarseMap::correlate`]; each thread needs its own.
+    /// Plans and scratch; each thread needs its own.
     pub fn fourier(&self) -> Fourier {
-        Fourier::new(self.transform_size[0], self.transform_size[1])
+        Fourier::new(&self.plans)
     }
 
-    /// T at every placement that keeps the view inside the region; `None` where the view does not fit or is blank.
-    /// `fourier` is this map's own.
-    pub fn correlate(&self, fourier: &mut Fourier, view: &Structure) -> Option<Surface> {
-        let [map_w, map_h] = self.map_size_px;
-        let view_energy = view.total_energy();
-        if view.width_px > map_w || view.height_px > map_h || view_energy <= 0.0 || self.mean_energy <= 0.0 {
+    /// Columns and rows of places.
+    pub fn places(&self) -> [usize; 2] {
+        self.places
+    }
+
+    /// The denominator of T for a view and others much like it; `None` where view or map are blank.
+    pub fn spread(&self, fourier: &mut Fourier, view: &PlacedView) -> Option<Spread> {
+        let view_energy = view.structure.total_energy();
+        if view_energy <= 0.0 || self.mean_energy <= 0.0 {
             return None;
         }
-        let mut plane = self.cross_spectrum(fourier, view);
-        fourier.inverse(&mut plane);
-        let (width, height) = (map_w - view.width_px + 1, map_h - view.height_px + 1);
+        let mut plane = fourier.plane();
+        self.place(fourier, view, &mut plane, energy_at);
+        plane.iter_mut().zip(&self.energy).for_each(|(v, m)| *v = m * v.conj());
+        fourier.inverse(&mut plane, self.places[1]);
         let norm = 1.0 / (fourier.width() * fourier.height()) as f32;
         let least = (LEAST_SHARE * view_energy * self.mean_energy) as f32;
-        let mut values = Vec::with_capacity(width * height);
-        for y in 0..height {
-            let row = &plane[y * fourier.width()..y * fourier.width() + width];
-            values.extend(row.iter().map(|c| {
-                let (sum, variance) = (c.re * norm, c.im * norm);
-                if variance > least { sum / variance.sqrt() } else { 0.0 }
-            }));
-        }
-        Some(Surface { width, height, values })
+        let inverse = self.kept(fourier, &plane).map(|c| {
+            let variance = c.re * norm;
+            if variance > least { 1.0 / variance.sqrt() } else { 0.0 }
+        });
+        Some(Spread { inverse: inverse.collect() })
     }
 
-    /// The spectrum of (numerator of T) + i (square of its denominator).
-    fn cross_spectrum(&self, fourier: &mut Fourier, view: &Structure) -> Vec<Complex32> {
-        let mut spectrum = |re: &[f32], im: Option<&[f32]>| {
-            let mut plane = padded(fourier, view.width_px, re, im);
-            fourier.forward(&mut plane);
-            plane
-        };
-        let first = spectrum(&view.planes[0], Some(&view.planes[1]));
-        let second = spectrum(&view.planes[2], Some(&view.planes[3]));
-        let energy = spectrum(&view.energy, None);
+    /// T of two views at once (the second may be the first again) at every place.
+    pub fn correlate(&self, fourier: &mut Fourier, views: [&PlacedView; 2], spread: &Spread) -> [Surface; 2] {
+        // u and v are the spectra of z_a + i z_b and of z_a - i z_b, where z = sum conj(f) m is complex: then the
+        // transform of (u(k) + conj v(-k)) / 2 is Re z_a + i Re z_b.
+        let zero = Complex32::new(0.0, 0.0);
+        let [mut u, mut v] = [0; 2].map(|_| vec![zero; self.energy.len()]);
+        for (k, map) in self.channels.iter().enumerate() {
+            let mut spectrum = |view: &PlacedView| {
+                let mut plane = fourier.plane();
+                self.place(fourier, view, &mut plane, |s, i| channel(s, i, k));
+                plane
+            };
+            let (a, b) = (spectrum(views[0]), spectrum(views[1]));
+            multiply(map, &a, &b, &mut u, &mut v);
+            fourier.give_back(a);
+            fourier.give_back(b);
+        }
+        let mut plane = fourier.plane();
+        self.join(&u, &v, &mut plane);
+        fourier.inverse(&mut plane, self.places[1]);
+        let norm = 1.0 / (fourier.width() * fourier.height()) as f32;
+        let mut surfaces = [0; 2].map(|_| Surface { values: Vec::with_capacity(spread.inverse.len()) });
+        for (c, &inverse) in self.kept(fourier, &plane).zip(&spread.inverse) {
+            surfaces[0].values.push(c.re * norm * inverse);
+            surfaces[1].values.push(c.im * norm * inverse);
+        }
+        fourier.give_back(plane);
+        surfaces
+    }
+
+    /// Transforms what `value` gives of a view, its nadir where the map's first place is.
+    fn place(
+        &self,
+        fourier: &mut Fourier,
+        view: &PlacedView,
+        plane: &mut Vec<Complex32>,
+        value: impl Fn(&Structure, usize) -> Complex32,
+    ) {
+        let x = (self.reach.left as i64 - view.nadir_px[0]) as usize;
+        let y = (self.reach.top as i64 - view.nadir_px[1]) as usize;
+        write_rows(plane, self.transform_size[0], [x, y], &view.structure, value);
+        fourier.forward(plane, y..y + view.structure.height_px);
+    }
+
+    fn join(&self, u: &[Complex32], v: &[Complex32], out: &mut [Complex32]) {
         let [w, h] = self.transform_size;
-        let cross = |i: usize| self.channels[0][i] * first[i].conj() + self.channels[1][i] * second[i].conj();
-        let mut out = vec![Complex32::new(0.0, 0.0); w * h];
         for x in 0..w {
-            let mirrored_x = (w - x) % w;
-            for y in 0..h {
-                let (i, j) = (x * h + y, mirrored_x * h + (h - y) % h);
-                // The Hermitian part of a spectrum is the spectrum of the real part.
-                let real_part = (cross(i) + cross(j).conj()) * 0.5;
-                let variance = self.energy[i] * energy[i].conj();
-                out[i] = real_part + Complex32::new(-variance.im, variance.re);
+            let (own, mirrored) = (x * h, (w - x) % w * h);
+            let (u, v, out) = (&u[own..own + h], &v[mirrored..mirrored + h], &mut out[own..own + h]);
+            out[0] = (u[0] + v[0].conj()) * 0.5;
+            for ((out, u), v) in out[1..].iter_mut().zip(&u[1..]).zip(v[1..].iter().rev()) {
+                *out = (u + v.conj()) * 0.5;
             }
         }
-        out
+    }
+
+    /// The part of a transformed plane that holds places.
+    fn kept<'a>(&self, fourier: &Fourier, plane: &'a [Complex32]) -> impl Iterator<Item = &'a Complex32> + use<'a> {
+        let [columns, rows] = self.places;
+        plane.chunks_exact(fourier.width()).take(rows).flat_map(move |row| &row[..columns])
     }
 }
 
-/// A plane of the transform's size with `re + i im` in its upper-left corner.
-fn padded(fourier: &Fourier, width: usize, re: &[f32], im: Option<&[f32]>) -> Vec<Complex32> {
-    let mut plane = vec![Complex32::new(0.0, 0.0); fourier.width() * fourier.height()];
-    for (y, row) in re.chunks_exact(width).enumerate() {
-        let target = &mut plane[y * fourier.width()..y * fourier.width() + width];
-        for (x, (out, &value)) in target.iter_mut().zip(row).enumerate() {
-            *out = Complex32::new(value, im.map_or(0.0, |im| im[y * width + x]));
+/// u += m conj(a) + i m conj(b), v += m conj(a) - i m conj(b).
+fn multiply(map: &[Complex32], a: &[Complex32], b: &[Complex32], u: &mut [Complex32], v: &mut [Complex32]) {
+    let count = map.len();
+    let (a, b, u, v) = (&a[..count], &b[..count], &mut u[..count], &mut v[..count]);
+    for i in 0..count {
+        let (za, zb) = (map[i] * a[i].conj(), map[i] * b[i].conj());
+        let turned = Complex32::new(-zb.im, zb.re);
+        u[i] += za + turned;
+        v[i] += za - turned;
+    }
+}
+
+/// Channel `k` (0: doubled, 1: quadrupled angle) of a pixel.
+fn channel(structure: &Structure, i: usize, k: usize) -> Complex32 {
+    let c = structure.channels[i];
+    Complex32::new(f32::from(c[2 * k]), f32::from(c[2 * k + 1])) * (1.0 / CHANNEL_ONE)
+}
+
+fn energy_at(structure: &Structure, i: usize) -> Complex32 {
+    Complex32::new(f32::from(structure.energy[i]) * (1.0 / ENERGY_ONE), 0.0)
+}
+
+/// Writes a structure into a plane of `width` columns with its corner at `corner`, all else in its rows zero.
+fn write_rows(
+    plane: &mut [Complex32],
+    width: usize,
+    corner: [usize; 2],
+    structure: &Structure,
+    value: impl Fn(&Structure, usize) -> Complex32,
+) {
+    let columns = structure.width_px;
+    for y in 0..structure.height_px {
+        let row = &mut plane[(corner[1] + y) * width..(corner[1] + y + 1) * width];
+        row.fill(Complex32::new(0.0, 0.0));
+        for (x, out) in row[corner[0]..corner[0] + columns].iter_mut().enumerate() {
+            *out = value(structure, y * columns + x);
         }
     }
-    plane
 }
 
 #[cfg(test)]
@@ -144,8 +250,9 @@ mod tests {
         Gray::from_values(width * 3, height * 3, fine).unwrap().shrunk(width, height)
     }
 
-    fn cut(gray: &Gray, x0: usize, y0: usize, w: usize, h: usize) -> Gray {
-        Gray::from_values(w, h, (0..w * h).map(|i| gray.at(x0 + i % w, y0 + i / w)).collect()).unwrap()
+    fn cut(gray: &Gray, x0: usize, y0: usize, w: usize, h: usize) -> PlacedView {
+        let gray = Gray::from_values(w, h, (0..w * h).map(|i| gray.at(x0 + i % w, y0 + i / w)).collect()).unwrap();
+        PlacedView { structure: Structure::of(&gray, &Mask::filled(w, h, true)), nadir_px: [7, 4] }
     }
 
     /// T straight from its definition.
@@ -154,8 +261,9 @@ mod tests {
         for y in 0..view.height_px {
             for x in 0..view.width_px {
                 let (i, j) = (y * view.width_px + x, (y + y0) * map.width_px + x + x0);
-                sum += (0..4).map(|k| f64::from(view.planes[k][i] * map.planes[k][j])).sum::<f64>();
-                variance += f64::from(view.energy[i] * map.energy[j]);
+                let (f, m) = (view.channels[i], map.channels[j]);
+                sum += (0..4).map(|k| f64::from(f[k]) * f64::from(m[k])).sum::<f64>() / f64::from(CHANNEL_ONE).powi(2);
+                variance += f64::from(view.energy[i]) * f64::from(map.energy[j]) / f64::from(ENERGY_ONE).powi(2);
             }
         }
         (sum / variance.sqrt()) as f32
@@ -165,25 +273,32 @@ mod tests {
     fn agrees_with_the_definition_and_peaks_where_the_view_was_cut() {
         let ground = noise(90, 70, 5);
         let map = Structure::of(&ground, &Mask::filled(90, 70, true));
-        let view = Structure::of(&cut(&ground, 31, 17, 40, 30), &Mask::filled(40, 30, true));
-        let coarse = CoarseMap::new(&map);
-        let surface = coarse.correlate(&mut coarse.fourier(), &view).unwrap();
-        for (x, y) in [(0, 0), (31, 17), (50, 40), (7, 33)] {
-            let (fast, slow) = (surface.values[y * surface.width + x], brute_force(&map, &view, x, y));
-            assert!((fast - slow).abs() < 1e-2 * slow.abs().max(1.0), "{x} {y}: {fast} {slow}");
+        let views = [cut(&ground, 31, 17, 40, 30), cut(&ground, 12, 33, 38, 31)];
+        let coarse = CoarseMap::new(&map, Reach::of(&views));
+        let [columns, rows] = coarse.places();
+        assert_eq!([columns, rows], [90 + 1 - 40, 70 + 1 - 31]);
+        let mut fourier = coarse.fourier();
+        for (k, corner) in [(0, [31usize, 17usize]), (1, [12, 33])] {
+            let spread = coarse.spread(&mut fourier, &views[k]).unwrap();
+            let surface = &coarse.correlate(&mut fourier, [&views[0], &views[1]], &spread)[k];
+            for (x, y) in [(0, 0), (31, 17), (50, 39), (7, 33), (12, 33)] {
+                let (fast, slow) = (surface.values[y * columns + x], brute_force(&map, &views[k].structure, x, y));
+                assert!((fast - slow).abs() < 1e-2 * slow.abs().max(1.0), "{k} {x} {y}: {fast} {slow}");
+            }
+            let best = (0..surface.values.len()).max_by(|&a, &b| surface.values[a].total_cmp(&surface.values[b]));
+            assert_eq!(best.map(|b| [b % columns, b / columns]), Some(corner));
         }
-        let best = (0..surface.values.len()).max_by(|&a, &b| surface.values[a].total_cmp(&surface.values[b])).unwrap();
-        assert_eq!((best % surface.width, best / surface.width), (31, 17));
     }
 
     #[test]
-    fn says_nothing_for_blank_views_and_views_that_do_not_fit() {
+    fn says_nothing_for_blank_views() {
         let ground = noise(40, 40, 5);
-        let map = CoarseMap::new(&Structure::of(&ground, &Mask::filled(40, 40, true)));
-        let mut f = map.fourier();
-        assert!(
-            map.correlate(&mut f, &Structure::of(&Gray::filled(20, 20, 9.0), &Mask::filled(20, 20, true))).is_none()
-        );
-        assert!(map.correlate(&mut f, &Structure::of(&noise(50, 20, 1), &Mask::filled(50, 20, true))).is_none());
+        let blank = PlacedView {
+            structure: Structure::of(&Gray::filled(20, 20, 9.0), &Mask::filled(20, 20, true)),
+            nadir_px: [10, 10],
+        };
+        let views = [blank];
+        let map = CoarseMap::new(&Structure::of(&ground, &Mask::filled(40, 40, true)), Reach::of(&views));
+        assert!(map.spread(&mut map.fourier(), &views[0]).is_none());
     }
 }

@@ -7,6 +7,7 @@
 pub mod coarse;
 pub mod evidence;
 mod fourier;
+mod products;
 pub mod relative;
 pub mod similarity;
 pub mod standing;

@@ -4,6 +4,7 @@
 //! The statistic is T of [`super::coarse`]. Ground that repeats itself (parallel fields, rows of houses) is as high
 //! elsewhere, which widens the spread and lowers the standing, as it should.
 
+use super::products::{CHANNELS_SCALE, ENERGIES_SCALE, channels_in_row, energies_in_row};
 use crate::feature::Structure;
 
 /// How far around the place is compared, pixels. The map must reach this far beyond the view.
@@ -42,8 +43,8 @@ pub fn standing(view: &Structure, map: &Structure, offset_px: [usize; 2]) -> Opt
 fn spans(view: &Structure) -> Vec<(usize, usize)> {
     let row = |y: usize| &view.energy[y * view.width_px..(y + 1) * view.width_px];
     let span = |y: usize| {
-        let first = row(y).iter().position(|&e| e > 0.0)?;
-        let last = row(y).iter().rposition(|&e| e > 0.0)?;
+        let first = row(y).iter().position(|&e| e > 0)?;
+        let last = row(y).iter().rposition(|&e| e > 0)?;
         Some((first, last + 1))
     };
     (0..view.height_px).map(|y| span(y).unwrap_or((0, 0))).collect()
@@ -53,25 +54,12 @@ fn statistic(view: &Structure, spans: &[(usize, usize)], map: &Structure, at: [u
     if at[0] + view.width_px > map.width_px || at[1] + view.height_px > map.height_px {
         return None;
     }
-    let (mut sum, mut variance) = (0f64, 0f64);
+    let (mut sum, mut variance) = (0i64, 0u64);
     for (y, &(first, end)) in spans.iter().enumerate() {
         let (i, j) = (y * view.width_px + first, (y + at[1]) * map.width_px + at[0] + first);
-        let pair = |a: &[f32], b: &[f32]| dot(&a[i..i + end - first], &b[j..j + end - first]);
-        sum += (0..4).map(|k| f64::from(pair(&view.planes[k], &map.planes[k]))).sum::<f64>();
-        variance += f64::from(pair(&view.energy, &map.energy));
+        let (own, under) = (i..i + end - first, j..j + end - first);
+        sum += i64::from(channels_in_row(&view.channels[own.clone()], &map.channels[under.clone()]));
+        variance += u64::from(energies_in_row(&view.energy[own], &map.energy[under]));
     }
-    (variance > 0.0).then(|| sum / variance.sqrt())
-}
-
-/// In eight lanes, so that it vectorises; the order of summation is fixed.
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut lanes = [0f32; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f32 = a8.remainder().iter().zip(b8.remainder()).map(|(p, q)| p * q).sum();
-    for (p, q) in a8.zip(b8) {
-        for i in 0..8 {
-            lanes[i] += p[i] * q[i];
-        }
-    }
-    lanes.iter().sum::<f32>() + rest
+    (variance > 0).then(|| sum as f64 / CHANNELS_SCALE / (variance as f64 / ENERGIES_SCALE).sqrt())
 }

@@ -1,12 +1,13 @@
 //! Local windows: where small pieces of a view lie on the map, to a fraction of a pixel, each on its own.
 
-use crate::feature::Structure;
+use super::products::{CHANNELS_SCALE, Corner, EnergySums, channels_in_box};
+use crate::feature::{ENERGY_ONE, Structure};
 use nalgebra::{Matrix2, Vector2};
 
 /// How windows are laid out and searched.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowOptions {
-    /// Edge of a window, pixels; a multiple of 8.
+    /// Edge of a window, pixels.
     pub size_px: usize,
     /// Distance from one window's corner to the next, pixels; at least `size_px` keeps them independent.
     pub stride_px: usize,
@@ -31,7 +32,7 @@ pub struct WindowMatch {
 }
 
 /// A window with less mean energy than this has nothing to match.
-const LEAST_ENERGY: f32 = 0.06;
+const LEAST_ENERGY: f64 = 0.06;
 /// No direction counts as less sharp than this share of the sharpest.
 const LEAST_SHARPNESS: f64 = 0.02;
 
@@ -44,6 +45,8 @@ pub fn match_windows(
     options: &WindowOptions,
 ) -> Vec<WindowMatch> {
     let WindowOptions { size_px, stride_px, .. } = *options;
+    let search = Search { view, map, view_energy: EnergySums::of(view), map_energy: EnergySums::of(map), offset_px };
+    let mut scores = Vec::new();
     let mut matches = Vec::new();
     // The grid is centred so that what is cut off is the same on both sides.
     let starts = |extent: usize| {
@@ -51,57 +54,63 @@ pub fn match_windows(
         let first = if count == 0 { 0 } else { (extent - size_px - (count - 1) * stride_px) / 2 };
         (0..count).map(move |i| first + i * stride_px)
     };
-    for y in starts(view.height_px) {
-        for x in starts(view.width_px) {
-            matches.extend(match_window(view, map, offset_px, options, [x, y]));
+    for y_px in starts(view.height_px) {
+        for x_px in starts(view.width_px) {
+            matches.extend(search.window(options, Corner { x_px, y_px }, &mut scores));
         }
     }
     matches
 }
 
-fn match_window(
-    view: &Structure,
-    map: &Structure,
+/// What all windows of one view share.
+struct Search<'a> {
+    view: &'a Structure,
+    map: &'a Structure,
+    view_energy: EnergySums,
+    map_energy: EnergySums,
     offset_px: [isize; 2],
-    options: &WindowOptions,
-    corner: [usize; 2],
-) -> Option<WindowMatch> {
-    let (size, radius) = (options.size_px, options.radius_px);
-    let area = (size * size) as f32;
-    let view_energy = box_energy(view, corner, size);
-    if view_energy < LEAST_ENERGY * area {
-        return None;
-    }
-    let left = corner[0] as isize + offset_px[0] - radius as isize;
-    let top = corner[1] as isize + offset_px[1] - radius as isize;
-    let reach = (size + 2 * radius) as isize;
-    if left < 0 || top < 0 || left + reach > map.width_px as isize || top + reach > map.height_px as isize {
-        return None;
-    }
-    let side = 2 * radius + 1;
-    let energies = box_energies(map, [left as usize, top as usize], size, side);
-    let mut scores = vec![0f32; side * side];
-    for dy in 0..side {
-        for dx in 0..side {
-            let at = [left as usize + dx, top as usize + dy];
-            let map_energy = energies[dy * side + dx];
-            if map_energy >= LEAST_ENERGY * area * 0.5 {
-                let sum: f32 = (0..4)
-                    .map(|k| dot_box(&view.planes[k], view.width_px, corner, &map.planes[k], map.width_px, at, size))
-                    .sum();
-                // Both channels together have twice the mean energy.
-                scores[dy * side + dx] = sum / (2.0 * (view_energy * map_energy).sqrt());
+}
+
+impl Search<'_> {
+    /// `scores` is scratch.
+    fn window(&self, options: &WindowOptions, corner: Corner, scores: &mut Vec<f32>) -> Option<WindowMatch> {
+        let (size, radius) = (options.size_px, options.radius_px);
+        let least = LEAST_ENERGY * (size * size) as f64 * f64::from(ENERGY_ONE);
+        let view_energy = f64::from(self.view_energy.in_box(corner, [size; 2]));
+        if view_energy < least {
+            return None;
+        }
+        let left = corner.x_px as isize + self.offset_px[0] - radius as isize;
+        let top = corner.y_px as isize + self.offset_px[1] - radius as isize;
+        let reach = (size + 2 * radius) as isize;
+        let (map_w, map_h) = (self.map.width_px as isize, self.map.height_px as isize);
+        if left < 0 || top < 0 || left + reach > map_w || top + reach > map_h {
+            return None;
+        }
+        let side = 2 * radius + 1;
+        scores.clear();
+        for dy in 0..side {
+            for dx in 0..side {
+                let at = Corner { x_px: left as usize + dx, y_px: top as usize + dy };
+                let map_energy = f64::from(self.map_energy.in_box(at, [size; 2]));
+                scores.push(if map_energy >= 0.5 * least {
+                    let sum = f64::from(channels_in_box(self.view, corner, self.map, at, [size; 2])) / CHANNELS_SCALE;
+                    // Both channels together have twice the mean energy.
+                    (sum * f64::from(ENERGY_ONE) / (2.0 * (view_energy * map_energy).sqrt())) as f32
+                } else {
+                    0.0
+                });
             }
         }
+        let middle = |corner_px: usize| corner_px as f64 + size as f64 / 2.0;
+        peak_of(scores, side).map(|peak| WindowMatch {
+            centre_px: [middle(corner.x_px), middle(corner.y_px)],
+            displacement_px: peak.position - Vector2::repeat(radius as f64),
+            peak: peak.value,
+            information: peak.information,
+            on_rim: peak.on_rim,
+        })
     }
-    let centre_px = [corner[0] as f64 + size as f64 / 2.0, corner[1] as f64 + size as f64 / 2.0];
-    peak_of(&scores, side).map(|peak| WindowMatch {
-        centre_px,
-        displacement_px: peak.position - Vector2::repeat(radius as f64),
-        peak: peak.value,
-        information: peak.information,
-        on_rim: peak.on_rim,
-    })
 }
 
 struct Peak {
@@ -144,43 +153,4 @@ fn made_definite(m: Matrix2<f64>) -> Matrix2<f64> {
     let largest = eigen.eigenvalues.max().max(1e-6);
     let values = eigen.eigenvalues.map(|v| v.max(LEAST_SHARPNESS * largest));
     eigen.eigenvectors * Matrix2::from_diagonal(&values) * eigen.eigenvectors.transpose()
-}
-
-fn box_energy(s: &Structure, corner: [usize; 2], size: usize) -> f32 {
-    (corner[1]..corner[1] + size).map(|y| s.energy[y * s.width_px + corner[0]..][..size].iter().sum::<f32>()).sum()
-}
-
-/// `box_energy` at every corner of a square of `side` corners from `corner`, each row of pixels summed once.
-fn box_energies(s: &Structure, corner: [usize; 2], size: usize, side: usize) -> Vec<f32> {
-    let rows: Vec<f32> = (0..size + side - 1)
-        .flat_map(|j| {
-            let row = &s.energy[(corner[1] + j) * s.width_px + corner[0]..][..size + side - 1];
-            row.windows(size).map(|w| w.iter().sum::<f32>())
-        })
-        .collect();
-    let column = |dx: usize, dy: usize| (dy..dy + size).map(|j| rows[j * side + dx]).sum();
-    (0..side * side).map(|i| column(i % side, i / side)).collect()
-}
-
-/// Sum of products of two boxes, in eight lanes so that it vectorises; the order of summation is fixed.
-fn dot_box(
-    a: &[f32],
-    a_width: usize,
-    a_at: [usize; 2],
-    b: &[f32],
-    b_width: usize,
-    b_at: [usize; 2],
-    size: usize,
-) -> f32 {
-    let mut lanes = [0f32; 8];
-    for row in 0..size {
-        let p = &a[(a_at[1] + row) * a_width + a_at[0]..][..size];
-        let q = &b[(b_at[1] + row) * b_width + b_at[0]..][..size];
-        for (p, q) in p.chunks_exact(8).zip(q.chunks_exact(8)) {
-            for i in 0..8 {
-                lanes[i] += p[i] * q[i];
-            }
-        }
-    }
-    lanes.iter().sum()
 }

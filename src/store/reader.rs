@@ -2,6 +2,7 @@
 
 use super::connection::{self, Access};
 use super::footprint::{self, Footprint};
+use super::ground::Ground;
 use super::imagery::{self, EncodedTile};
 use super::layer::{self, Layer};
 use super::source::{self, Declared, Source};
@@ -31,6 +32,8 @@ pub struct Reader {
     bytes: u64,
     /// Of the file as it was when its digest was last seen to be `digest`.
     stamp: Mutex<Stamp>,
+    /// What was worked out of tiles.
+    pub(super) ground: Ground,
 }
 
 impl Reader {
@@ -65,7 +68,7 @@ impl Reader {
         let digest = stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
         let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
-        Ok(Self { path: path.into(), access, idle, layers, contract, digest, bytes, stamp })
+        Ok(Self { path: path.into(), access, idle, layers, contract, digest, bytes, stamp, ground: Ground::new() })
     }
 
     /// Checks that the file still is what was opened: layers and digest are read once. A store that is only being added

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 
 /// Each module and what it may use of its neighbours, bottom first. `server` and the binary's `cli` are on top.
 const MAY_USE: &[(&str, &[&str])] = &[
+    ("simd", &[]),
     ("geodesy", &[]),
-    ("pixels", &[]),
+    ("pixels", &["simd"]),
     ("tile", &["geodesy"]),
     ("raster", &["geodesy", "tile", "pixels"]),
     ("camera", &["geodesy", "pixels"]),
-    ("feature", &["pixels"]),
-    ("registration", &["geodesy", "pixels", "feature"]),
+    ("feature", &["simd", "pixels"]),
+    ("registration", &["simd", "geodesy", "pixels", "feature"]),
     ("coupling", &[]),
     ("region", &["geodesy", "tile", "coupling"]),
     ("store", &["geodesy", "pixels", "tile", "feature"]),
