@@ -68,31 +68,70 @@ pub fn render(frame: &Gray, camera: &Camera, heading_rad: f64, grid: &GroundGrid
     let mut gray = Gray::filled(width, height, 0.0);
     let mut mask = Mask::filled(width, height, false);
     let knots = Knots::new(camera, heading_rad, grid);
-    let (frame_w, frame_h) = (frame.width_px() as f32, frame.height_px() as f32);
-    let mut row = vec![[0f32; 2]; width];
+    let mut line = vec![[0f32; 2]; knots.columns];
+    let mut row = Row::new(width);
     for y in 0..height {
-        knots.interpolate_row(y, &mut row);
-        let values = &mut gray.values_mut()[y * width..(y + 1) * width];
-        for (x, (value, &[u, v])) in values.iter_mut().zip(&row).enumerate() {
-            if u >= 0.5 && v >= 0.5 && u <= frame_w - 0.5 && v <= frame_h - 0.5 {
-                *value = sample(frame, u, v);
-                mask.set(x, y, true);
-            }
-        }
+        knots.line(y, &mut line);
+        place_row(&line, [frame.width_px(), frame.height_px()], &mut row);
+        let span = y * width..(y + 1) * width;
+        sample_row(frame, &row, &mut gray.values_mut()[span.clone()], &mut mask.values_mut()[span]);
     }
     GroundView { gray, mask, grid: *grid }
 }
 
-fn sample(frame: &Gray, u: f32, v: f32) -> f32 {
-    let (x, y) = (u - 0.5, v - 0.5);
-    let (x0, y0) =
-        ((x as usize).min(frame.width_px().saturating_sub(2)), (y as usize).min(frame.height_px().saturating_sub(2)));
-    let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-    let x1 = (x0 + 1).min(frame.width_px() - 1);
-    let (top, bottom) = (frame.row(y0), frame.row((y0 + 1).min(frame.height_px() - 1)));
-    let a = top[x0] + (top[x1] - top[x0]) * fx;
-    let b = bottom[x0] + (bottom[x1] - bottom[x0]) * fx;
-    a + (b - a) * fy
+/// Of each pixel of a row: the frame's pixel to its upper left (`OUTSIDE` where the frame does not cover it) and how far
+/// on towards the next, in [0, 1].
+struct Row {
+    columns: Vec<u32>,
+    rows: Vec<u32>,
+    right: Vec<f32>,
+    down: Vec<f32>,
+}
+
+const OUTSIDE: u32 = u32::MAX;
+
+impl Row {
+    fn new(width: usize) -> Self {
+        Self { columns: vec![0; width], rows: vec![0; width], right: vec![0.0; width], down: vec![0.0; width] }
+    }
+}
+
+/// Where a row's pixels lie in a frame of `size_px`, between the knots of its line.
+fn place_row(line: &[[f32; 2]], size_px: [usize; 2], row: &mut Row) {
+    let fractions: [f32; KNOT_PX] = std::array::from_fn(|i| i as f32 / KNOT_PX as f32);
+    let most = size_px.map(|n| n as f32 - 1.0);
+    // A sample on the very last pixel is taken from the one before it.
+    let last = size_px.map(|n| n.saturating_sub(2) as u32);
+    let cells = row.columns.chunks_mut(KNOT_PX).zip(row.rows.chunks_mut(KNOT_PX));
+    let cells = cells.zip(row.right.chunks_mut(KNOT_PX).zip(row.down.chunks_mut(KNOT_PX)));
+    for (((columns, rows), (right, down)), knots) in cells.zip(line.windows(2)) {
+        for i in 0..columns.len() {
+            let at = |axis: usize| knots[0][axis] + (knots[1][axis] - knots[0][axis]) * fractions[i] - 0.5;
+            let (x, y) = (at(0), at(1));
+            let inside = x >= 0.0 && y >= 0.0 && x <= most[0] && y <= most[1];
+            let (column, down_to) = ((x as u32).min(last[0]), (y as u32).min(last[1]));
+            columns[i] = if inside { column } else { OUTSIDE };
+            rows[i] = down_to;
+            (right[i], down[i]) = (x - column as f32, y - down_to as f32);
+        }
+    }
+}
+
+/// Bilinear samples of the pixels that the frame covers; the others stay as they are.
+fn sample_row(frame: &Gray, row: &Row, out: &mut [f32], mask: &mut [u8]) {
+    let (width, values) = (frame.width_px(), frame.values());
+    let (right_px, below_px) = (usize::from(width > 1), if frame.height_px() > 1 { width } else { 0 });
+    for (x, (out, mask)) in out.iter_mut().zip(mask).enumerate() {
+        if row.columns[x] == OUTSIDE {
+            continue;
+        }
+        let at = row.rows[x] as usize * width + row.columns[x] as usize;
+        let (top, bottom) = (&values[at..], &values[at + below_px..]);
+        let a = top[0] + (top[right_px] - top[0]) * row.right[x];
+        let b = bottom[0] + (bottom[right_px] - bottom[0]) * row.right[x];
+        *out = a + (b - a) * row.down[x];
+        *mask = 255;
+    }
 }
 
 /// Frame positions at every `KNOT_PX`-th grid pixel centre; NaN where the camera does not see.
@@ -119,16 +158,12 @@ impl Knots {
         Self { columns, positions }
     }
 
-    fn interpolate_row(&self, y: usize, row: &mut [[f32; 2]]) {
-        let (j, fy) = (y / KNOT_PX, (y % KNOT_PX) as f32 / KNOT_PX as f32);
+    /// The knots' positions on a row of pixels between two rows of knots.
+    fn line(&self, y: usize, line: &mut [[f32; 2]]) {
+        let (j, fraction) = (y / KNOT_PX, (y % KNOT_PX) as f32 / KNOT_PX as f32);
         let (above, below) = (&self.positions[j * self.columns..], &self.positions[(j + 1) * self.columns..]);
-        for (x, out) in row.iter_mut().enumerate() {
-            let (i, fx) = (x / KNOT_PX, (x % KNOT_PX) as f32 / KNOT_PX as f32);
-            for axis in 0..2 {
-                let a = above[i][axis] + (above[i + 1][axis] - above[i][axis]) * fx;
-                let b = below[i][axis] + (below[i + 1][axis] - below[i][axis]) * fx;
-                out[axis] = a + (b - a) * fy;
-            }
+        for ((out, above), below) in line.iter_mut().zip(above).zip(below) {
+            *out = std::array::from_fn(|axis| above[axis] + (below[axis] - above[axis]) * fraction);
         }
     }
 }

@@ -104,7 +104,7 @@ impl Description<'_> {
     fn write(&self, out: &mut Structure) {
         let (width, height) = (self.gray.width_px(), self.gray.height_px());
         let blank = || -> Rows { std::array::from_fn(|_| vec![0f32; width]) };
-        let mut raw = blank();
+        let (mut raw, mut smooth) = (blank(), blank());
         let mut ring: [Rows; 5] = std::array::from_fn(|_| blank());
         for y in 1..height - 1 {
             let lines = [self.gray.row(y - 1), self.gray.row(y), self.gray.row(y + 1)];
@@ -115,9 +115,11 @@ impl Description<'_> {
             }
             let middle = y - 2;
             let range = middle * width..(middle + 1) * width;
-            let rows: [&Rows; 5] = std::array::from_fn(|i| &ring[(middle + 3 + i) % 5]);
+            for (k, smooth) in smooth.iter_mut().enumerate() {
+                smooth_column(std::array::from_fn(|i| ring[(middle + 3 + i) % 5][k].as_slice()), smooth);
+            }
             let target = Target { channels: &mut out.channels[range.clone()], energy: &mut out.energy[range.clone()] };
-            divide_row(rows, &self.valid.values()[range], self.floor, target);
+            divide_row(&smooth, &self.valid.values()[range], self.floor, target);
         }
     }
 }
@@ -174,26 +176,33 @@ dispatch! {
 }
 
 dispatch! {
-    /// The kernel along y over five rows, the division by |g| and floor, and the rounding to bytes.
-    fn divide_row(rows: [&Rows; 5], valid: &[u8], floor: f32, out: Target<'_>) {
+    /// The kernel along y over five rows.
+    fn smooth_column(rows: [&[f32]; 5], out: &mut [f32]) {
         let [k0, k1, k2] = KERNEL;
+        let [a, b, c, d, e] = rows.map(|row| &row[..out.len()]);
+        for x in 0..out.len() {
+            out[x] = k0 * c[x] + k1 * (b[x] + d[x]) + k2 * (a[x] + e[x]);
+        }
+    }
+}
+
+dispatch! {
+    /// The division by |g| and floor, and the rounding to bytes.
+    fn divide_row(smooth: &Rows, valid: &[u8], floor: f32, out: Target<'_>) {
         let width = valid.len();
-        let plane = |k: usize| -> [&[f32]; 5] { std::array::from_fn(|i| &rows[i][k][..width]) };
-        let (re2, im2, re4, im4, magnitude) = (plane(0), plane(1), plane(2), plane(3), plane(4));
-        let at = |p: &[&[f32]; 5], x: usize| k0 * p[2][x] + k1 * (p[1][x] + p[3][x]) + k2 * (p[0][x] + p[4][x]);
-        let (channels, energy) = (&mut out.channels[..width], &mut out.energy[..width]);
+        let [re2, im2, re4, im4, magnitude] = smooth;
+        let (re2, im2, re4, im4) = (&re2[..width], &im2[..width], &re4[..width], &im4[..width]);
+        let (magnitude, channels, energy) = (&magnitude[..width], &mut out.channels[..width], &mut out.energy[..width]);
         for x in 0..width {
             let known = if valid[x] != 0 { 1.0 } else { 0.0 };
-            let weight = known / (at(&magnitude, x) + floor);
-            let c = [at(&re2, x) * weight, at(&im2, x) * weight, at(&re4, x) * weight, at(&im4, x) * weight];
-            let packed = (rounded(c[0] * CHANNEL_ONE) & 255)
-                | (rounded(c[1] * CHANNEL_ONE) & 255) << 8
-                | (rounded(c[2] * CHANNEL_ONE) & 255) << 16
-                | rounded(c[3] * CHANNEL_ONE) << 24;
-            let [p, q, r, s] = packed.to_le_bytes();
-            channels[x] = [p as i8, q as i8, r as i8, s as i8];
-            let sum = c[0] * c[0] + c[1] * c[1] + c[2] * c[2] + c[3] * c[3];
-            energy[x] = rounded(0.5 * ENERGY_ONE * sum) as u8;
+            let weight = known / (magnitude[x] + floor);
+            let (a, b, c, d) = (re2[x] * weight, im2[x] * weight, re4[x] * weight, im4[x] * weight);
+            let packed = (rounded(a * CHANNEL_ONE) & 255)
+                | (rounded(b * CHANNEL_ONE) & 255) << 8
+                | (rounded(c * CHANNEL_ONE) & 255) << 16
+                | rounded(d * CHANNEL_ONE) << 24;
+            channels[x] = packed.to_le_bytes().map(|byte| byte as i8);
+            energy[x] = rounded(0.5 * ENERGY_ONE * (a * a + b * b + c * c + d * d)) as u8;
         }
     }
 }

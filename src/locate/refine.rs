@@ -28,6 +28,7 @@ pub struct Refined {
 struct Pass {
     zoom: u8,
     radius_px: usize,
+    step_px: usize,
     tolerance_px: f64,
 }
 
@@ -61,7 +62,7 @@ pub fn refine(
         pose = pose.at_zoom(pass.zoom);
         let Some(looked) = look(map, frame, &pose, pass.radius_px)? else { return Ok(None) };
         let size_px = window_size(frame, looked.gsd_m_per_px / pose.height_ratio);
-        let layout = WindowOptions { size_px, stride_px: size_px, radius_px: pass.radius_px };
+        let layout = WindowOptions { size_px, stride_px: size_px, radius_px: pass.radius_px, step_px: pass.step_px };
         let windows = match_windows(&looked.view, &looked.ground, [pass.radius_px as isize; 2], &layout);
         let options =
             FitOptions { tolerance_px: pass.tolerance_px, max_growth: MAX_GROWTH, max_turn_rad: MAX_TURN_RAD };
@@ -91,10 +92,10 @@ fn passes(coarse: u8, finest: u8) -> Vec<Pass> {
     let first = (coarse + 1).min(finest);
     let entry = move |zoom| {
         let radius_px = if zoom == first { ENTRY_RADIUS_PX } else { FOLLOWING_RADIUS_PX };
-        Pass { zoom, radius_px, tolerance_px: ENTRY_TOLERANCE_PX }
+        Pass { zoom, radius_px, step_px: 1, tolerance_px: ENTRY_TOLERANCE_PX }
     };
-    let last = |radius_px| Pass { zoom: finest, radius_px, tolerance_px: LAST_TOLERANCE_PX };
-    (first..=finest).map(entry).chain([last(FOLLOWING_RADIUS_PX), last(LAST_RADIUS_PX)]).collect()
+    let last = Pass { zoom: finest, radius_px: LAST_RADIUS_PX, step_px: 2, tolerance_px: LAST_TOLERANCE_PX };
+    (first..=finest).map(entry).chain([last]).collect()
 }
 
 /// A view through a pose and the map under it.

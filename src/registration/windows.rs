@@ -13,6 +13,9 @@ pub struct WindowOptions {
     pub stride_px: usize,
     /// Search radius, pixels.
     pub radius_px: usize,
+    /// Displacements are tried at multiples of this, pixels, and the best one's neighbours after: 2 where the place is
+    /// known to half a pixel, so that a right window lies near one of them; else 1.
+    pub step_px: usize,
 }
 
 /// Where one window of the view was found.
@@ -88,20 +91,17 @@ impl Search<'_> {
             return None;
         }
         let side = 2 * radius + 1;
-        scores.clear();
-        for dy in 0..side {
-            for dx in 0..side {
-                let at = Corner { x_px: left as usize + dx, y_px: top as usize + dy };
-                let map_energy = f64::from(self.map_energy.in_box(at, [size; 2]));
-                scores.push(if map_energy >= 0.5 * least {
-                    let sum = f64::from(channels_in_box(self.view, corner, self.map, at, [size; 2])) / CHANNELS_SCALE;
-                    // Both channels together have twice the mean energy.
-                    (sum * f64::from(ENERGY_ONE) / (2.0 * (view_energy * map_energy).sqrt())) as f32
-                } else {
-                    0.0
-                });
+        let mut score = |[x, y]: [usize; 2]| {
+            let at = Corner { x_px: left as usize + x, y_px: top as usize + y };
+            let map_energy = f64::from(self.map_energy.in_box(at, [size; 2]));
+            if map_energy < 0.5 * least {
+                return 0.0;
             }
-        }
+            let sum = f64::from(channels_in_box(self.view, corner, self.map, at, [size; 2])) / CHANNELS_SCALE;
+            // Both channels together have twice the mean energy.
+            (sum * f64::from(ENERGY_ONE) / (2.0 * (view_energy * map_energy).sqrt())) as f32
+        };
+        score_places(scores, radius, options.step_px, &mut score);
         let middle = |corner_px: usize| corner_px as f64 + size as f64 / 2.0;
         peak_of(scores, side).map(|peak| WindowMatch {
             centre_px: [middle(corner.x_px), middle(corner.y_px)],
@@ -113,6 +113,41 @@ impl Search<'_> {
     }
 }
 
+/// Not looked at.
+const UNSEEN: f32 = f32::NEG_INFINITY;
+
+/// Fills `scores` of a square of displacements at multiples of `step` from the middle, and around the best until it has
+/// no better neighbour.
+fn score_places(scores: &mut Vec<f32>, radius: usize, step: usize, score: &mut impl FnMut([usize; 2]) -> f32) {
+    let side = 2 * radius + 1;
+    scores.clear();
+    scores.resize(side * side, UNSEEN);
+    let first = radius % step.max(1);
+    for y in (first..side).step_by(step.max(1)) {
+        for x in (first..side).step_by(step.max(1)) {
+            scores[y * side + x] = score([x, y]);
+        }
+    }
+    loop {
+        let Some(best) = highest(scores) else { return };
+        let (x, y) = (best % side, best / side);
+        for j in y.saturating_sub(1)..(y + 2).min(side) {
+            for i in x.saturating_sub(1)..(x + 2).min(side) {
+                if scores[j * side + i] == UNSEEN {
+                    scores[j * side + i] = score([i, j]);
+                }
+            }
+        }
+        if highest(scores) == Some(best) {
+            return;
+        }
+    }
+}
+
+fn highest(scores: &[f32]) -> Option<usize> {
+    (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]))
+}
+
 struct Peak {
     position: Vector2<f64>,
     value: f64,
@@ -122,7 +157,7 @@ struct Peak {
 
 /// The highest score and the vertex of the quadratic through its 3 x 3 neighbourhood (least squares).
 fn peak_of(scores: &[f32], side: usize) -> Option<Peak> {
-    let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]))?;
+    let best = highest(scores)?;
     let (x, y) = (best % side, best / side);
     if scores[best] <= 0.0 {
         return None;
