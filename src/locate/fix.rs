@@ -130,9 +130,7 @@ impl Search<'_> {
         if self.tiles_searched == 0 {
             return Ok(self.no_fix(Reason::OutsideMap, "no tile of the layer meets the search region".into()));
         }
-        for zoom in levels.all() {
-            frame.prepare(zoom, gsd_at(near, zoom));
-        }
+        frame.prepare(levels.all().rev().map(|zoom| (zoom, gsd_at(near, zoom))));
         self.search(frame, levels, &area, reach_px, threads)
     }
 
@@ -178,6 +176,7 @@ impl Search<'_> {
             return Ok(Verdict::Refused(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
         };
         self.score = Some(best.standing);
+        self.log10_false_alarms = Some(best.log10_false_alarms);
         Ok(match self.objection(&best, looked.next().as_ref()) {
             Some((reason, detail)) => Verdict::Refused(reason, detail),
             None => Verdict::Accepted(best),

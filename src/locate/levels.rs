@@ -42,7 +42,7 @@ impl Levels {
     }
 
     /// From coarse to finest.
-    pub fn all(self) -> impl Iterator<Item = u8> {
+    pub fn all(self) -> impl DoubleEndedIterator<Item = u8> {
         self.coarse..=self.finest
     }
 }

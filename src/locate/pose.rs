@@ -58,16 +58,19 @@ impl<'a> Frame<'a> {
         &self.camera
     }
 
-    /// Brings the frame near a level's sharpness, so that [`Frame::view`] need not average.
-    pub fn prepare(&mut self, zoom: u8, gsd: Gsd) {
-        let (gray, camera) = (self.gray, &self.camera);
-        self.shrunk.entry(zoom).or_insert_with(|| {
-            let ratio = (camera.gsd_m_per_px() / gsd.mean_m_per_px()).min(1.0);
+    /// Brings the frame near the sharpness of levels (with their ground sample distances), finest first, so that
+    /// [`Frame::view`] need not average. Each is shrunk from the one before: a large frame is read once.
+    pub fn prepare(&mut self, levels: impl Iterator<Item = (u8, Gsd)>) {
+        let mut last: Option<u8> = None;
+        for (zoom, gsd) in levels {
+            let ratio = (self.camera.gsd_m_per_px() / gsd.mean_m_per_px()).min(1.0);
             let side = |n: usize| ((n as f64 * ratio).round() as usize).clamp(1, n);
-            let small = gray.shrunk(side(gray.width_px()), side(gray.height_px()));
-            let resized = camera.resized(small.width_px(), small.height_px());
-            (small, resized)
-        });
+            let source = last.and_then(|zoom| self.shrunk.get(&zoom)).map_or(self.gray, |(gray, _)| gray);
+            let small = source.shrunk(side(self.gray.width_px()), side(self.gray.height_px()));
+            let resized = self.camera.resized(small.width_px(), small.height_px());
+            self.shrunk.insert(zoom, (small, resized));
+            last = Some(zoom);
+        }
     }
 
     /// The frame from above at a level prepared before, under a heading and a height ratio, its nadir

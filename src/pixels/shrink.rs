@@ -2,6 +2,8 @@
 
 use super::{Gray, Mask};
 use fast_image_resize as fir;
+use fir::images::TypedImage;
+use fir::pixels::F32;
 
 impl Gray {
     /// The image at a smaller size, every source pixel weighing in (triangle filter as wide as the shrinking): no
@@ -12,15 +14,12 @@ impl Gray {
         if !shrinks || width_px == 0 || height_px == 0 || width_px > own_width || height_px > own_height {
             return self.clone();
         }
-        let bytes: Vec<u8> = self.values().iter().flat_map(|v| v.to_ne_bytes()).collect();
-        let image = |w: usize, h: usize| (w as u32, h as u32);
-        let (w, h) = image(own_width, own_height);
-        let source = fir::images::Image::from_vec_u8(w, h, bytes, fir::PixelType::F32).expect("four bytes a pixel");
-        let (w, h) = image(width_px, height_px);
-        let mut target = fir::images::Image::new(w, h, fir::PixelType::F32);
+        let pixels: Vec<F32> = self.values().iter().map(|&v| F32::new(v)).collect();
+        let source = TypedImage::from_pixels(own_width as u32, own_height as u32, pixels).expect("a value a pixel");
+        let mut target = TypedImage::<F32>::new(width_px as u32, height_px as u32);
         let options = fir::ResizeOptions::new().resize_alg(fir::ResizeAlg::Convolution(fir::FilterType::Bilinear));
-        fir::Resizer::new().resize(&source, &mut target, &options).expect("both images are F32");
-        let values = target.buffer().chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect();
+        fir::Resizer::new().resize_typed(&source, &mut target, &options).expect("both images are F32");
+        let values = target.pixels().iter().map(|p| p.0).collect();
         Self::from_values(width_px, height_px, values).expect("the resizer filled every pixel")
     }
 
