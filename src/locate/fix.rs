@@ -7,16 +7,14 @@ use super::hypotheses::hypotheses;
 use super::levels::Levels;
 use super::map::Map;
 use super::pose::Frame;
-use super::refine::{Refined, refine, standing_of};
 use super::request::{FixRequest, LocateError, PositionPrior};
+use super::verdict::{Candidate, Judge, Verdict};
 use crate::camera::Camera;
 use crate::coupling::nominal_count_sequential;
 use crate::geodesy::{Enu, Geodetic, LocalFrame};
 use crate::pixels::Gray;
-use crate::registration::evidence;
 use crate::store::{Footprint, Layer, Reader};
 use crate::tile::{TileId, WorldPixel, gsd_at};
-use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
 /// Bound on correlated pixels times hypotheses: some minutes on one core.
@@ -26,22 +24,6 @@ const LEAST_SIDE_PX: f64 = 12.0;
 /// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
 /// by 45 degrees reaches 500. What is drawn of it grows with the square.
 const MOST_REACH_PX: f64 = 1000.0;
-/// Coarse peaks that are looked at closely.
-const LOOKED_AT: usize = 5;
-/// A fix is expected to be accidental less often than once in 10^6 searches of its size, by the count of its windows.
-const MOST_LOG10_FALSE_ALARMS: f64 = -6.0;
-/// A fix this sure among the likely headings and scales needs no look at the rest.
-const SURE_LOG10_FALSE_ALARMS: f64 = -15.0;
-/// A second place with this much evidence makes the first ambiguous.
-const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
-/// Where the windows of one place agree by accident less often than this, peaks that are no rivals are passed over.
-const SURE_LOG10_ACCIDENTS: f64 = -6.0;
-/// A peak of this share of the highest is a rival whatever the windows say.
-const RIVAL_SHARE: f64 = 0.6;
-/// Of the places looked at closely, those whose whole view is weighed.
-const WEIGHED: usize = 2;
-/// Fewer agreeing windows than this are no fix, whatever else speaks for it.
-const LEAST_INLIERS: usize = 4;
 /// One sigma per axis of what shifts all edges of a frame together, pixels of the finest level: between two dates a
 /// shadow moves an edge by a part of a pixel or two. Measured on the drawn flight, whose map is exact.
 const SYSTEMATIC_PX: f64 = 0.25;
@@ -146,113 +128,24 @@ impl Search<'_> {
         let parts = hypotheses(self.request, reach_px);
         check_width(area, reach_px, parts.iter().map(Vec::len).sum())?;
         let map = Map::new(self.store, self.layer);
+        let judge = Judge { map: &map, frame, request: self.request, finest: levels.finest, wanted: self.wanted };
         let mut coarse = CoarseResult::default();
         let mut verdict = None;
         for part in parts.iter().filter(|p| !p.is_empty()) {
             coarse = coarse.with(coarse_search::search(&map, frame, area, part, threads, self.wanted)?);
-            let found = self.weigh(frame, levels, &coarse)?;
-            let is_sure = matches!(&found, Verdict::Accepted(c) if c.log10_false_alarms <= SURE_LOG10_FALSE_ALARMS);
-            verdict = Some(found);
-            if is_sure {
+            let found = verdict.insert(judge.weigh(&coarse)?);
+            if found.is_sure() {
                 break;
             }
         }
-        match verdict {
-            Some(Verdict::Accepted(best)) => self.fix(frame, &best),
-            Some(Verdict::Refused(reason, detail)) => Ok(self.no_fix(reason, detail)),
-            None => Ok(self.no_fix(Reason::TooLittleStructure, "no heading nor scale is left open".into())),
-        }
-    }
-
-    /// What the best places found so far are worth.
-    fn weigh(&mut self, frame: &Frame<'_>, levels: Levels, coarse: &CoarseResult) -> Result<Verdict, LocateError> {
-        let Some(first) = coarse.peaks.first() else {
-            let detail = "nothing in the frame or the region can be compared".into();
-            return Ok(Verdict::Refused(Reason::TooLittleStructure, detail));
+        let Some(Verdict { outcome, score, log10_false_alarms }) = verdict else {
+            return Ok(self.no_fix(Reason::TooLittleStructure, "no heading nor scale is left open".into()));
         };
-        self.score = Some(coarse.score(first.statistic));
-        let mut looked = self.look_closely(frame, levels, coarse)?.into_iter();
-        let Some(best) = looked.next() else {
-            return Ok(Verdict::Refused(Reason::TooFewAgreeingWindows, "no windows agree on a similarity".into()));
-        };
-        self.score = Some(best.standing);
-        self.log10_false_alarms = Some(best.log10_false_alarms);
-        Ok(match self.objection(&best, looked.next().as_ref()) {
-            Some((reason, detail)) => Verdict::Refused(reason, detail),
-            None => Verdict::Accepted(best),
-        })
-    }
-
-    /// The most likely places with all their evidence, best first.
-    fn look_closely(
-        &self,
-        frame: &Frame<'_>,
-        levels: Levels,
-        coarse: &CoarseResult,
-    ) -> Result<Vec<Candidate>, LocateError> {
-        let map = Map::new(self.store, self.layer);
-        let mut found: Vec<Refined> = Vec::new();
-        let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
-        for peak in coarse.peaks.iter().take(LOOKED_AT) {
-            if !(self.wanted)() {
-                return Err(LocateError::GivenUp);
-            }
-            let sure = found.iter().any(|r| r.log10_accidents < SURE_LOG10_ACCIDENTS);
-            if sure && peak.statistic < RIVAL_SHARE * highest {
-                break;
-            }
-            let refined = refine(&map, frame, peak.pose, levels.finest, LOOKED_AT as f64)?;
-            found.extend(refined.filter(|r| !found.iter().any(|other| same_place(other, r))));
+        (self.score, self.log10_false_alarms) = (score, log10_false_alarms);
+        match outcome {
+            Ok(best) => self.fix(frame, &best),
+            Err((reason, detail)) => Ok(self.no_fix(reason, detail)),
         }
-        found.sort_by(|a, b| a.log10_accidents.total_cmp(&b.log10_accidents));
-        let mut candidates = Vec::new();
-        for refined in found.into_iter().take(WEIGHED) {
-            let standing = standing_of(&map, frame, &refined)?;
-            let by_chance = evidence::log10_peak_by_chance(standing, coarse.places);
-            let log10_false_alarms = by_chance + refined.log10_accidents;
-            candidates.push(Candidate { refined, standing, log10_false_alarms });
-        }
-        candidates.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
-        Ok(candidates)
-    }
-
-    /// Why the best place is not a fix.
-    fn objection(&self, best: &Candidate, second: Option<&Candidate>) -> Option<(Reason, String)> {
-        let too_few = best.refined.fit.inliers.len() < LEAST_INLIERS;
-        if too_few || best.log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
-            let detail = format!(
-                "{} of {} windows agree, the view stands {:.1} standard deviations high; expected accidents 10^{:.1}, at most 10^{MOST_LOG10_FALSE_ALARMS} and {LEAST_INLIERS} windows are accepted",
-                best.refined.fit.inliers.len(),
-                best.refined.windows,
-                best.standing,
-                best.log10_false_alarms
-            );
-            return Some((Reason::TooFewAgreeingWindows, detail));
-        }
-        if let Some(second) = second.filter(|s| s.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS) {
-            let detail = format!(
-                "a second place agrees as well: expected accidents 10^{:.1} and 10^{:.1}",
-                best.log10_false_alarms, second.log10_false_alarms
-            );
-            return Some((Reason::Ambiguous, detail));
-        }
-        self.inconsistency(&best.refined)
-    }
-
-    fn inconsistency(&self, best: &Refined) -> Option<(Reason, String)> {
-        let off = best.pose.height_ratio.ln().abs();
-        let bound = 4.0 * self.request.scale_sigma_ratio + 0.02;
-        if off > bound {
-            let detail = format!("scale {:.3} of the stated one, at most {:.3} off", best.pose.height_ratio, bound);
-            return Some((Reason::InconsistentScale, detail));
-        }
-        let prior = self.request.heading?;
-        let turn = (best.pose.heading_rad - prior.heading_rad + PI).rem_euclid(TAU) - PI;
-        let bound = 4.0 * prior.sigma_rad + 2f64.to_radians();
-        (turn.abs() > bound).then(|| {
-            let detail = format!("heading {:.1} degrees from the stated one", turn.to_degrees());
-            (Reason::InconsistentHeading, detail)
-        })
     }
 
     fn fix(&self, frame: &Frame<'_>, candidate: &Candidate) -> Result<Answer, LocateError> {
@@ -344,11 +237,6 @@ impl Search<'_> {
     }
 }
 
-enum Verdict {
-    Accepted(Candidate),
-    Refused(Reason, String),
-}
-
 /// Refuses what would take too long.
 fn check_width(area: &SearchArea, reach_px: f64, hypotheses: usize) -> Result<(), LocateError> {
     // What one correlation covers: the places, and the view's reach around them.
@@ -360,27 +248,11 @@ fn check_width(area: &SearchArea, reach_px: f64, hypotheses: usize) -> Result<()
     Ok(())
 }
 
-/// A place looked at closely, with all its evidence.
-struct Candidate {
-    refined: Refined,
-    /// How high the whole view stands there, standard deviations.
-    standing: f64,
-    /// log10 of the number of accidents to expect in a search of this size: of the whole view's standing and of the
-    /// agreement of the windows, which at a wrong place have little to do with each other.
-    log10_false_alarms: f64,
-}
-
 /// Farthest a frame's corner lies from its nadir or from its middle, coarse pixels.
 fn reach_px(camera: &Camera, gsd_m_per_px: f64) -> Option<f64> {
     let corners = camera.footprint_in_level()?;
     let farthest_m = corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max);
     Some(farthest_m / gsd_m_per_px)
-}
-
-fn same_place(a: &Refined, b: &Refined) -> bool {
-    const SAME_PX: f64 = 6.0;
-    let (dx, dy) = (a.pose.nadir.x_px - b.pose.nadir.x_px, a.pose.nadir.y_px - b.pose.nadir.y_px);
-    dx.hypot(dy) < SAME_PX
 }
 
 fn image_centre(camera: &Camera, nadir: Geodetic, heading_rad: f64) -> Point {

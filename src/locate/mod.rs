@@ -12,6 +12,7 @@ mod map;
 mod pose;
 mod refine;
 mod request;
+mod verdict;
 
 pub use answer::{Answer, Fix, NoFix, Point, Reason};
 pub use fix::{locate, locate_while};
