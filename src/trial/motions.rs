@@ -196,6 +196,7 @@ mod tests {
                 covariance_px2: [[0.01, 0.0], [0.0, 0.01]],
                 inliers: 40,
                 matches: 50,
+                log10_false_alarms: -40.0,
             }),
             None => MotionAnswer::NoMotion { reason: NoMotionReason::TooFewAgreeingMatches, detail: "too few".into() },
         };

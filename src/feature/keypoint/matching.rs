@@ -14,33 +14,105 @@ pub struct Correspondence {
 }
 
 /// Bits that differ.
+#[inline(always)]
 pub fn hamming(a: &[u8; 32], b: &[u8; 32]) -> u32 {
-    let word = |d: &[u8; 32], i: usize| u64::from_le_bytes(d[i * 8..i * 8 + 8].try_into().expect("eight bytes"));
-    (0..4).map(|i| (word(a, i) ^ word(b, i)).count_ones()).sum()
+    words(a).iter().zip(words(b)).map(|(a, b)| (a ^ b).count_ones()).sum()
+}
+
+#[inline(always)]
+fn words(d: &[u8; 32]) -> [u64; 4] {
+    std::array::from_fn(|i| u64::from_le_bytes(d[i * 8..i * 8 + 8].try_into().expect("eight bytes")))
 }
 
 /// For every keypoint of b its nearest of a, where the second nearest is farther by `ratio` (the paper's threshold
-/// step) and a's nearest of b is the same keypoint. In order of b. Time is |a| |b| (equation 43).
+/// step) and a's nearest of b is the same keypoint. In order of b; of equals the first is the nearest. Time is
+/// |a| |b| (equation 43).
 pub fn match_mutual(a: &Keypoints, b: &Keypoints, ratio: f32) -> Vec<Correspondence> {
-    let mut nearest_of_a = vec![(u32::MAX, usize::MAX); a.descriptors.len()];
-    let mut matches = Vec::new();
-    for (j, of_b) in b.descriptors.iter().enumerate() {
-        let (mut best, mut second, mut at) = (u32::MAX, u32::MAX, 0);
-        for (i, of_a) in a.descriptors.iter().enumerate() {
-            let distance = hamming(of_a, of_b);
-            if distance < nearest_of_a[i].0 {
-                nearest_of_a[i] = (distance, j);
-            }
-            if distance < best {
-                (second, best, at) = (best, distance, i);
-            } else if distance < second {
-                second = distance;
-            }
+    let Neighbours { of_b, of_a } = neighbours(&a.descriptors, &b.descriptors);
+    let pairs = of_b.iter().enumerate().filter_map(|(j, &[best, second])| {
+        let found = best != u64::MAX && (distance(best) as f32) < ratio * distance(second) as f32;
+        found.then(|| Correspondence { a: index(best), b: j, distance: distance(best) })
+    });
+    pairs.filter(|m| index(of_a[m.a]) == m.b).collect()
+}
+
+/// A neighbour is its distance above its index, in one word: the least word is the first of the nearest.
+struct Neighbours {
+    /// For each of b the nearest and second nearest of a.
+    of_b: Vec<[u64; 2]>,
+    /// For each of a the nearest of b.
+    of_a: Vec<u64>,
+}
+
+fn word(distance: u32, index: usize) -> u64 {
+    u64::from(distance) << 32 | index as u64
+}
+
+fn distance(word: u64) -> u32 {
+    (word >> 32) as u32
+}
+
+fn index(word: u64) -> usize {
+    word as u32 as usize
+}
+
+fn neighbours(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("popcnt") {
+        // SAFETY: the processor has POPCNT.
+        return unsafe { neighbours_popcnt(a, b) };
+    }
+    neighbours_of(a, b)
+}
+
+/// [`neighbours_of`] with the processor's own count of bits.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "popcnt")]
+fn neighbours_popcnt(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+    neighbours_of(a, b)
+}
+
+#[inline(always)]
+fn neighbours_of(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+    let mut of_a = vec![u64::MAX; a.len()];
+    let one = |(j, of_b): (usize, &[u8; 32])| {
+        let (mut best, mut second) = (u64::MAX, u64::MAX);
+        for (i, (descriptor, nearest)) in a.iter().zip(&mut of_a).enumerate() {
+            let distance = hamming(descriptor, of_b);
+            *nearest = (*nearest).min(word(distance, j));
+            let here = word(distance, i);
+            second = second.min(best.max(here));
+            best = best.min(here);
         }
-        if best != u32::MAX && (best as f32) < ratio * second as f32 {
-            matches.push(Correspondence { a: at, b: j, distance: best });
+        [best, second]
+    };
+    Neighbours { of_b: b.iter().enumerate().map(one).collect(), of_a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn matches_are_the_mutual_nearest_by_definition(
+            a in proptest::collection::vec(any::<[u8; 32]>(), 0..12),
+            b in proptest::collection::vec(any::<[u8; 32]>(), 0..12),
+            ratio in 0.5f32..1.1,
+        ) {
+            let nearest = |of: &[u8; 32], among: &[[u8; 32]]| (0..among.len()).min_by_key(|&i| hamming(of, &among[i]));
+            let expected: Vec<_> = (0..b.len()).filter_map(|j| {
+                let i = nearest(&b[j], &a)?;
+                let best = hamming(&a[i], &b[j]);
+                let second = (0..a.len()).filter(|&k| k != i).map(|k| hamming(&a[k], &b[j])).min().unwrap_or(u32::MAX);
+                let is_match = (best as f32) < ratio * second as f32 && nearest(&a[i], &b) == Some(j);
+                is_match.then_some(Correspondence { a: i, b: j, distance: best })
+            }).collect();
+            let of = |descriptors: Vec<[u8; 32]>| Keypoints { points: Vec::new(), descriptors };
+            prop_assert_eq!(match_mutual(&of(a.clone()), &of(b.clone()), ratio), expected);
+            let (either, plain) = (neighbours(&a, &b), neighbours_of(&a, &b));
+            prop_assert_eq!((either.of_a, either.of_b), (plain.of_a, plain.of_b));
         }
     }
-    matches.retain(|m| nearest_of_a[m.a].1 == m.b);
-    matches
 }

@@ -3,12 +3,17 @@
 mod blob;
 mod descriptor;
 mod detector;
+mod frame;
 mod matching;
+mod patches;
+mod response;
 
 pub use blob::{from_blob, to_blob};
+pub use frame::{FrameRecipe, describe_frame};
 pub use matching::{Correspondence, hamming, match_mutual};
 
 use crate::pixels::{Gray, Mask};
+use detector::Share;
 
 /// The version of everything in this module that changes a descriptor's bits. Stored in every store; a program with
 /// another contract refuses the store.
@@ -40,6 +45,8 @@ pub struct Keypoint {
 
 /// Octaves: the image and its half.
 const OCTAVES: usize = 2;
+/// A cell of the detector's grid may give this multiple of its fair share.
+const CELL_EXCESS: usize = 3;
 
 /// Detects and describes at most `limit` keypoints, all whose descriptor's patch lies where `mask` is valid.
 pub fn describe(gray: &Gray, mask: &Mask, limit: usize) -> Keypoints {
@@ -49,7 +56,9 @@ pub fn describe(gray: &Gray, mask: &Mask, limit: usize) -> Keypoints {
     for octave in 0..OCTAVES {
         let share = if octave == 0 { limit * 3 / 4 } else { limit - limit * 3 / 4 };
         let smooth = descriptor::smoothed(&level.0);
-        for corner in detector::corners(&level.0, &level.1.eroded(descriptor::PATCH_RADIUS_PX), share) {
+        let allowed = level.1.eroded(descriptor::PATCH_RADIUS_PX);
+        let share = Share { limit: share, excess: CELL_EXCESS };
+        for corner in detector::corners(&level.0, share, |x, y| allowed.at(x, y)) {
             let angle_rad = descriptor::orientation(&level.0, corner.x_px, corner.y_px);
             let bits = descriptor::steered_brief(&smooth, &pattern, corner.x_px, corner.y_px, angle_rad);
             let scale = (1 << octave) as f32;

@@ -1,10 +1,20 @@
-//! The similarity that most correspondences agree on.
+//! The similarity that most correspondences agree on, and how surely that is no accident.
 
 use super::Similarity;
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use crate::registration::evidence::{Agreement, log10_false_alarms};
+use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector4};
+use std::f64::consts::PI;
 
 /// A point of image a and the one of image b taken for the same ground.
-pub type Pair = (Vector2<f64>, Vector2<f64>);
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    pub a: Vector2<f64>,
+    pub b: Vector2<f64>,
+    /// Turn from b to a by the keypoints' own orientations, radians.
+    pub turn_rad: f64,
+    /// Pixels of a per pixel of b by the scales that the keypoints were found on.
+    pub scale: f64,
+}
 
 /// What was agreed on.
 pub struct Consensus {
@@ -12,78 +22,175 @@ pub struct Consensus {
     pub similarity: Similarity,
     /// Pairs that agree.
     pub inliers: usize,
-    normal_inverse: Matrix4<f64>,
-    variance_px2: f64,
-    middle: Vector2<f64>,
+    /// Pairs that lie where, by this similarity, both frames see the same ground.
+    pub in_overlap: usize,
+    /// log10 of how many such agreements accident would make.
+    pub log10_false_alarms: f64,
 }
 
-impl Consensus {
-    /// Covariance of where a point of b lies in a, px^2.
-    pub fn covariance_at(&self, p: Vector2<f64>) -> Matrix2<f64> {
-        let j = design(p - self.middle);
-        j * self.normal_inverse * j.transpose() * self.variance_px2
-    }
-}
-
-/// Pairs drawn at most; with a third of the correspondences right, a right pair is missed with probability
-/// (1 - 1/9)^400 = 4e-21.
-const DRAWS: usize = 400;
+/// A pair agrees within this distance, pixels of a.
+const TOLERANCE_PX: f64 = 2.5;
+/// A keypoint's own orientation agrees within this; by accident, one in 360 / 50 does.
+const TURN_TOLERANCE_DEG: f64 = 25.0;
+/// The scales that two keypoints were found on agree with that of the frames within this factor.
+const SCALE_TOLERANCE: f64 = 1.7;
+/// Pairs drawn at most; where one correspondence in forty is right, a right pair is missed with probability
+/// (1 - 1/1600)^20000 = 4e-6.
+const DRAWS: usize = 20_000;
+/// Drawing ends where a larger consensus would have been met with all but this probability.
+const MISSED: f64 = 1e-6;
+/// Points nearer than this to each other say little of turn and scale.
+const LEAST_BASE_PX: f64 = 12.0;
 const ROUNDS: usize = 4;
+/// Keypoints nearer than this see the same corner: they count once.
+const APART_PX: f64 = 8.0;
+/// Keypoints are not spread evenly: an accidental neighbour is so many times as likely.
+const UNEVENNESS: f64 = 3.0;
 
-/// The similarity with the largest consensus within `tolerance_px`, by least squares over those that agree. The draws
-/// are the same for the same input. `None` with fewer than two pairs or where no drawn pair has a scale within bounds.
-pub fn estimate(pairs: &[Pair], tolerance_px: f64, scale_bounds: (f64, f64)) -> Option<Consensus> {
+/// The similarity with the largest consensus, by least squares over the pairs that agree. The draws
+/// are the same for the same input. `None` with fewer than two pairs, or where no drawn pair of them agrees on turn
+/// and scale within bounds.
+pub fn estimate(pairs: &[Pair], size_of_a: Vector2<f64>, scale_bounds: (f64, f64)) -> Option<Consensus> {
+    let columns = Columns::new(pairs);
     let mut best: Option<(usize, Similarity)> = None;
     let mut draw = Draw { state: 0x2545_f491, count: pairs.len() };
     let everything = pairs.len() * pairs.len().saturating_sub(1) / 2;
-    for k in 0..DRAWS.min(everything) {
+    let mut draws = DRAWS.min(everything);
+    let mut k = 0;
+    while k < draws {
         let (i, j) = if everything <= DRAWS { nth_pair(k, pairs.len()) } else { draw.two() };
-        let Some(s) = Similarity::through([pairs[i].1, pairs[j].1], [pairs[i].0, pairs[j].0]) else { continue };
-        if !(scale_bounds.0..=scale_bounds.1).contains(&s.scale()) {
-            continue;
-        }
-        let count = agreeing(pairs, &s, tolerance_px).count();
+        k += 1;
+        let Some(s) = hypothesis(&pairs[i], &pairs[j], scale_bounds) else { continue };
+        let count = columns.agreeing(&s);
         if best.as_ref().is_none_or(|(n, _)| count > *n) {
             best = Some((count, s));
+            let share = count as f64 / pairs.len() as f64;
+            if everything > DRAWS && share < 1.0 {
+                draws = draws.min((MISSED.ln() / (-share * share).ln_1p()).ceil() as usize);
+            }
         }
     }
     let (_, mut similarity) = best?;
-    let mut inliers: Vec<usize> = agreeing(pairs, &similarity, tolerance_px).collect();
     for _ in 0..ROUNDS {
-        let Some((next, ..)) = least_squares(pairs, &inliers) else { break };
+        let Some(next) = least_squares(pairs, &agreeing(pairs, &similarity)) else { break };
         similarity = next;
-        inliers = agreeing(pairs, &similarity, tolerance_px).collect();
     }
-    let (similarity, normal_inverse, middle) = least_squares(pairs, &inliers)?;
-    let squares: f64 = inliers.iter().map(|&i| (pairs[i].0 - similarity.apply(pairs[i].1)).norm_squared()).sum();
-    let freedom = (2 * inliers.len()) as f64 - 4.0;
-    let variance_px2 = if freedom > 0.0 { squares / freedom } else { f64::INFINITY };
-    Some(Consensus { similarity, inliers: inliers.len(), normal_inverse, variance_px2, middle })
+    let inliers = agreeing(pairs, &similarity);
+    let similarity = least_squares(pairs, &inliers)?;
+    Some(Consensus {
+        similarity,
+        inliers: inliers.len(),
+        in_overlap: pairs.iter().filter(|p| is_inside(similarity.apply(p.b), size_of_a)).count(),
+        log10_false_alarms: accidents(pairs, &inliers, size_of_a.x * size_of_a.y),
+    })
 }
 
-fn agreeing(pairs: &[Pair], s: &Similarity, tolerance_px: f64) -> impl Iterator<Item = usize> {
-    let square = tolerance_px * tolerance_px;
-    (0..pairs.len()).filter(move |&i| (pairs[i].0 - s.apply(pairs[i].1)).norm_squared() <= square)
+/// The similarity through two pairs, where it agrees with their orientations and scales.
+fn hypothesis(p: &Pair, q: &Pair, scale_bounds: (f64, f64)) -> Option<Similarity> {
+    if (p.b - q.b).norm_squared() < LEAST_BASE_PX * LEAST_BASE_PX {
+        return None;
+    }
+    let s = Similarity::through([p.b, q.b], [p.a, q.a])?;
+    let scale = s.scale();
+    let is_within = (scale_bounds.0..=scale_bounds.1).contains(&scale);
+    (is_within && [p, q].iter().all(|pair| pair.agrees_in_kind(&s, scale))).then_some(s)
+}
+
+impl Pair {
+    /// Whether the keypoints' own orientations and scales are those of the similarity.
+    fn agrees_in_kind(&self, s: &Similarity, scale: f64) -> bool {
+        let (sin, cos) = self.turn_rad.sin_cos();
+        let ratio = scale / self.scale;
+        s.c * cos + s.s * sin >= scale * TURN_TOLERANCE_DEG.to_radians().cos()
+            && (1.0 / SCALE_TOLERANCE..=SCALE_TOLERANCE).contains(&ratio)
+    }
+}
+
+fn is_inside(p: Vector2<f64>, size: Vector2<f64>) -> bool {
+    p.x > 0.0 && p.y > 0.0 && p.x < size.x && p.y < size.y
+}
+
+fn agreeing(pairs: &[Pair], s: &Similarity) -> Vec<usize> {
+    let scale = s.scale();
+    let agrees =
+        |p: &Pair| (p.a - s.apply(p.b)).norm_squared() <= TOLERANCE_PX * TOLERANCE_PX && p.agrees_in_kind(s, scale);
+    (0..pairs.len()).filter(|&i| agrees(&pairs[i])).collect()
+}
+
+/// log10 of the expected number of accidental agreements as large: each pair agrees by accident where a's point falls
+/// into the disc of the tolerance and its orientation within its own.
+fn accidents(pairs: &[Pair], inliers: &[usize], area_px2: f64) -> f64 {
+    let mut apart: Vec<&Pair> = Vec::new();
+    let near = |p: Vector2<f64>, q: Vector2<f64>| (p - q).norm_squared() < APART_PX * APART_PX;
+    for pair in inliers.iter().map(|&i| &pairs[i]) {
+        if !apart.iter().any(|other| near(pair.a, other.a) || near(pair.b, other.b)) {
+            apart.push(pair);
+        }
+    }
+    let chance = UNEVENNESS * PI * TOLERANCE_PX * TOLERANCE_PX / area_px2 * (2.0 * TURN_TOLERANCE_DEG / 360.0);
+    log10_false_alarms(&Agreement { windows: pairs.len(), agreeing: apart.len(), chance: chance.min(1.0), places: 1.0 })
+}
+
+/// The pairs' coordinates as columns, to count agreement quickly.
+struct Columns {
+    a: [Vec<f32>; 2],
+    b: [Vec<f32>; 2],
+}
+
+impl Columns {
+    fn new(pairs: &[Pair]) -> Self {
+        let column = |value: fn(&Pair) -> f64| pairs.iter().map(|p| value(p) as f32).collect();
+        Self { a: [column(|p| p.a.x), column(|p| p.a.y)], b: [column(|p| p.b.x), column(|p| p.b.y)] }
+    }
+
+    /// How many lie within the tolerance.
+    fn agreeing(&self, s: &Similarity) -> usize {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has AVX2.
+            return unsafe { self.agreeing_avx2(s) };
+        }
+        self.agreeing_of(s)
+    }
+
+    /// [`Self::agreeing_of`] compiled for AVX2; the same operations in the same order.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn agreeing_avx2(&self, s: &Similarity) -> usize {
+        self.agreeing_of(s)
+    }
+
+    #[inline(always)]
+    fn agreeing_of(&self, s: &Similarity) -> usize {
+        const SQUARE: f32 = (TOLERANCE_PX * TOLERANCE_PX) as f32;
+        let [c, sine, tx, ty] = [s.c, s.s, s.t.x, s.t.y].map(|v| v as f32);
+        let count = self.a[0].len();
+        let [ax, ay, bx, by] = [&self.a[0], &self.a[1], &self.b[0], &self.b[1]].map(|column| &column[..count]);
+        let mut agreeing = 0u32;
+        for i in 0..count {
+            let x = c * bx[i] - sine * by[i] + tx - ax[i];
+            let y = sine * bx[i] + c * by[i] + ty - ay[i];
+            agreeing += u32::from(x * x + y * y <= SQUARE);
+        }
+        agreeing as usize
+    }
 }
 
 /// Least squares around the middle of b's points; `None` with fewer than two.
-fn least_squares(pairs: &[Pair], inliers: &[usize]) -> Option<(Similarity, Matrix4<f64>, Vector2<f64>)> {
+fn least_squares(pairs: &[Pair], inliers: &[usize]) -> Option<Similarity> {
     if inliers.len() < 2 {
         return None;
     }
-    let middle = inliers.iter().map(|&i| pairs[i].1).sum::<Vector2<f64>>() / inliers.len() as f64;
+    let middle = inliers.iter().map(|&i| pairs[i].b).sum::<Vector2<f64>>() / inliers.len() as f64;
     let mut normal = Matrix4::zeros();
     let mut right = Vector4::zeros();
     for &i in inliers {
-        let j = design(pairs[i].1 - middle);
+        let j = design(pairs[i].b - middle);
         normal += j.transpose() * j;
-        right += j.transpose() * pairs[i].0;
+        right += j.transpose() * pairs[i].a;
     }
-    let inverse = normal.try_inverse()?;
-    let p = inverse * right;
-    let (c, s) = (p[2], p[3]);
-    let t = Vector2::new(p[0] - c * middle.x + s * middle.y, p[1] - s * middle.x - c * middle.y);
-    Some((Similarity { c, s, t }, inverse, middle))
+    let p = normal.try_inverse()? * right;
+    Some(Similarity::about(p[2], p[3], middle, Vector2::new(p[0], p[1])))
 }
 
 /// d(a) / d(t_x, t_y, c, s) at a point of b.
@@ -124,5 +231,55 @@ impl Draw {
                 return (i, j);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `right` pairs of one motion among `wrong` ones of chance.
+    fn mixture(right: usize, wrong: usize) -> (Similarity, Vec<Pair>) {
+        let truth = Similarity::about(0.9, 0.5, Vector2::new(256.0, 256.0), Vector2::new(200.0, 300.0));
+        let mut draw = Draw { state: 99, count: 51_200 };
+        let mut point = || Vector2::new(draw.one() as f64 / 100.0, draw.one() as f64 / 100.0);
+        let pair = |i: usize| {
+            let b = point();
+            let (a, turn_rad) =
+                if i < right { (truth.apply(b), truth.rotation_rad() + 0.1) } else { (point(), point().x) };
+            Pair { a, b, turn_rad, scale: 1.0 }
+        };
+        (truth, (0..right + wrong).map(pair).collect())
+    }
+
+    #[test]
+    fn finds_one_right_pair_in_twenty_and_says_it_is_no_accident() {
+        let (truth, pairs) = mixture(15, 285);
+        let found = estimate(&pairs, [512.0, 512.0].into(), (0.4, 2.5)).unwrap();
+        let off = found.similarity.apply([256.0, 256.0].into()) - truth.apply([256.0, 256.0].into());
+        assert!(off.norm() < 0.5 && found.inliers >= 15 && found.log10_false_alarms < -12.0);
+    }
+
+    #[test]
+    fn chance_alone_stays_an_accident() {
+        let (_, pairs) = mixture(0, 300);
+        let found = estimate(&pairs, [512.0, 512.0].into(), (0.4, 2.5));
+        assert!(found.is_none_or(|f| f.log10_false_alarms > -3.0));
+    }
+
+    #[test]
+    fn one_corner_seen_many_times_is_one_witness() {
+        let (_, mut pairs) = mixture(3, 0);
+        pairs.extend(vec![pairs[0]; 40]);
+        let found = estimate(&pairs, [512.0, 512.0].into(), (0.4, 2.5)).unwrap();
+        assert!(found.inliers == 43 && found.log10_false_alarms > -5.0, "{}", found.log10_false_alarms);
+    }
+
+    #[test]
+    fn both_twins_count_alike() {
+        let (truth, pairs) = mixture(37, 100);
+        let columns = Columns::new(&pairs);
+        assert_eq!(columns.agreeing(&truth), columns.agreeing_of(&truth));
+        assert!(columns.agreeing(&truth) >= 37);
     }
 }

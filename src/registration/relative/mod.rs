@@ -1,114 +1,36 @@
 //! Relative registration: the motion between two frames.
 //!
-//! Keypoints find it, from any turn; the brightness of all that both frames see makes it exact.
+//! Keypoints find it, from any turn; the brightness of all that both frames see makes it exact, and confirms it.
 
 mod alignment;
+mod answer;
+mod binomial;
 mod consensus;
+mod similarity;
+mod sums;
 
-use crate::feature::keypoint::{self, Keypoints};
-use crate::pixels::{Gray, Mask};
+pub use answer::{Motion, MotionAnswer, MotionPrior, NoMotionReason};
+
+use crate::feature::keypoint::{FrameRecipe, Keypoints, describe_frame, match_mutual};
+use crate::pixels::Gray;
+use alignment::align;
+use consensus::{Consensus, Pair, estimate};
 use nalgebra::{Matrix2, Vector2};
-use serde::Serialize;
-use utoipa::ToSchema;
+use similarity::Similarity;
 
-/// What two frames are known to share before they are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MotionPrior {
-    /// Expected ratio of b's ground sample distance to a's; `None` when unknown.
-    pub scale: Option<f64>,
-}
-
-/// The answer: how frame b lies on frame a, or why that cannot be said.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[serde(tag = "status", rename_all = "snake_case")]
-pub enum MotionAnswer {
-    /// Registered.
-    Motion(Motion),
-    /// Not registered.
-    NoMotion {
-        /// Why, as a stable word.
-        reason: NoMotionReason,
-        /// Why, for people and logs.
-        detail: String,
-    },
-}
-
-/// Why two frames could not be registered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum NoMotionReason {
-    /// Too few correspondences agree on one motion: another place, too little overlap, or too little texture.
-    TooFewAgreeingMatches,
-    /// They agree on a scale that the prior excludes.
-    OtherScale,
-}
-
-/// A similarity taking a point of image b to image a, pixels counted from the corner.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct Motion {
-    /// Row-major 2 x 3: a point (x, y, 1) of b to a.
-    pub a_from_b: [[f64; 3]; 2],
-    /// Rotation of b against a, degrees in (-180, 180], clockwise as seen in the image.
-    pub rotation_deg: f64,
-    /// Pixels of a per pixel of b.
-    pub scale: f64,
-    /// Where b's centre lies in a minus a's centre, pixels of a: the displacement.
-    pub displacement_px: [f64; 2],
-    /// Covariance of `displacement_px`, px^2.
-    pub covariance_px2: [[f64; 2]; 2],
-    /// Correspondences that agree.
-    pub inliers: usize,
-    /// Correspondences that were tried.
-    pub matches: usize,
-}
-
-/// A similarity of the plane: x -> (c x - s y + t_x, s x + c y + t_y).
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Similarity {
-    /// Scale times cosine, scale times sine of the clockwise turn (y runs down).
-    c: f64,
-    s: f64,
-    t: Vector2<f64>,
-}
-
-impl Similarity {
-    /// The one that takes two points of b to two of a; `None` where the points of b coincide.
-    ///
-    /// # References
-    /// Equations 34 to 36, which hold at equal scale; here normalised by the lengths' ratio.
-    fn through(b: [Vector2<f64>; 2], a: [Vector2<f64>; 2]) -> Option<Self> {
-        let (db, da) = (b[1] - b[0], a[1] - a[0]);
-        let square = db.norm_squared();
-        if square < 1e-9 {
-            return None;
-        }
-        let c = (db.x * da.x + db.y * da.y) / square;
-        let s = (db.x * da.y - db.y * da.x) / square;
-        let t = a[0] - Vector2::new(c * b[0].x - s * b[0].y, s * b[0].x + c * b[0].y);
-        Some(Self { c, s, t })
-    }
-
-    fn apply(&self, p: Vector2<f64>) -> Vector2<f64> {
-        Vector2::new(self.c * p.x - self.s * p.y, self.s * p.x + self.c * p.y) + self.t
-    }
-
-    fn scale(&self) -> f64 {
-        self.c.hypot(self.s)
-    }
-
-    fn rotation_rad(&self) -> f64 {
-        self.s.atan2(self.c)
-    }
-}
-
-/// Keypoints described in each frame.
-const KEYPOINTS: usize = 1000;
-/// Nearest over second nearest descriptor.
-const RATIO: f32 = 0.85;
-/// A correspondence agrees within this distance, pixels of a.
-const TOLERANCE_PX: f64 = 2.5;
-/// Fewer agreeing correspondences than this prove nothing: by accident 6 rarely agree among some hundred.
-const LEAST_INLIERS: usize = 8;
+/// What is described first, and what where that does not suffice.
+const QUICK: FrameRecipe = FrameRecipe { limit: 800, steps_per_octave: 1 };
+const THOROUGH: FrameRecipe = FrameRecipe { limit: 2400, steps_per_octave: 2 };
+/// Nearest over second nearest descriptor: the consensus needs no stricter choice.
+const RATIO: f32 = 0.95;
+/// log10 of the accidental agreements to expect in a pair, at most. Chance alone never came below 1e-5 in thousands of
+/// pairs; ground that repeats itself, or mirrors itself along a road, does, and this bound and the next two are for it.
+const MOST_LOG10_FALSE_ALARMS: f64 = -16.0;
+/// Of the correspondences in the overlap that the motion claims, this share agrees with it. Where frames do share the
+/// ground it is above 0.23 even when blurred, noisy and of other scale; on ground that only looks alike below 0.15.
+const LEAST_AGREEING_SHARE: f64 = 0.18;
+/// Mean correlation of the aligned frames' blocks. Where frames do share the ground, above 0.6 in the same trials.
+const LEAST_CORRELATION: f64 = 0.45;
 /// Scales outside are no consecutive frames.
 const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 /// How far the scale found may be from the stated one.
@@ -126,11 +48,15 @@ const MOST_EDGE_PX: f64 = 2048.0;
 pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
     let edge_px = |g: &Gray| ((g.width_px() * g.height_px()) as f64).sqrt();
     let factor = (edge_px(a).max(edge_px(b)) / MOST_EDGE_PX).ceil() as usize;
-    if factor <= 1 {
-        return register_as_is(a, b, prior, 1, middle(a), middle(b));
+    let found = if factor <= 1 {
+        register_as_is(a, b, prior, middle(b))
+    } else {
+        register_as_is(&a.binned(factor), &b.binned(factor), prior, middle(b) / factor as f64)
+    };
+    match found {
+        Ok(found) => MotionAnswer::Motion(found.motion(factor as f64, middle(a), middle(b))),
+        Err(refusal) => refusal,
     }
-    let reduced = |p: Vector2<f64>| p / factor as f64;
-    register_as_is(&a.binned(factor), &b.binned(factor), prior, factor, reduced(middle(a)), reduced(middle(b)))
 }
 
 /// The middle of a frame, pixels from its corner.
@@ -138,73 +64,94 @@ fn middle(frame: &Gray) -> Vector2<f64> {
     Vector2::new(frame.width_px() as f64 / 2.0, frame.height_px() as f64 / 2.0)
 }
 
-/// Registers frames whose pixels are `factor` of the answer's wide; the centres are those of the frames before binning,
-/// which may have dropped a remainder.
-fn register_as_is(
-    a: &Gray,
-    b: &Gray,
-    prior: &MotionPrior,
-    factor: usize,
-    centre_of_a: Vector2<f64>,
-    centre_of_b: Vector2<f64>,
-) -> MotionAnswer {
-    use NoMotionReason::{OtherScale, TooFewAgreeingMatches};
-    let (of_a, of_b) = (described(a), described(b));
-    let matches = keypoint::match_mutual(&of_a, &of_b, RATIO);
-    let pairs: Vec<_> = matches.iter().map(|m| (place(&of_a, m.a), place(&of_b, m.b))).collect();
-    let Some(found) = consensus::estimate(&pairs, TOLERANCE_PX, SCALE_BOUNDS) else {
-        return refused(
-            TooFewAgreeingMatches,
-            format!("{} correspondences, no two of which agree on a similarity", pairs.len()),
-        );
+/// A motion that stood every test.
+struct Found {
+    similarity: Similarity,
+    /// Of b's centre in a, px^2.
+    covariance: Matrix2<f64>,
+    inliers: usize,
+    matches: usize,
+    log10_false_alarms: f64,
+}
+
+/// Registers frames as they are; the centre is that of b before binning, which may have dropped a remainder.
+fn register_as_is(a: &Gray, b: &Gray, prior: &MotionPrior, centre_of_b: Vector2<f64>) -> Result<Found, MotionAnswer> {
+    let found = attempt(a, b, &QUICK, centre_of_b).or_else(|_| attempt(a, b, &THOROUGH, centre_of_b))?;
+    let scale = found.similarity.scale();
+    match prior.scale.filter(|expected| (scale / expected).ln().abs() > SCALE_SLACK) {
+        Some(expected) => {
+            refused(NoMotionReason::OtherScale, format!("scale {scale:.3}, but {expected:.3} was stated"))
+        }
+        None => Ok(found),
+    }
+}
+
+/// One way through: keypoints, consensus, alignment, and the tests.
+fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) -> Result<Found, MotionAnswer> {
+    use NoMotionReason::{Contradicted, TooFewAgreeingMatches};
+    let (of_a, of_b) = (describe_frame(a, recipe), describe_frame(b, recipe));
+    let pairs: Vec<_> = match_mutual(&of_a, &of_b, RATIO).iter().map(|m| pair(&of_a, m.a, &of_b, m.b)).collect();
+    let matches = pairs.len();
+    let size_of_a = 2.0 * middle(a);
+    let Some(agreed) = estimate(&pairs, size_of_a, SCALE_BOUNDS) else {
+        let detail = format!("no two of {matches} correspondences agree on a similarity");
+        return refused(TooFewAgreeingMatches, detail);
     };
-    if found.inliers < LEAST_INLIERS {
-        let detail = format!("{} of {} correspondences agree, {LEAST_INLIERS} needed", found.inliers, pairs.len());
+    let Consensus { inliers, in_overlap, log10_false_alarms, .. } = agreed;
+    if log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
+        let detail = format!(
+            "{inliers} of {matches} correspondences agree; accident makes 10^{log10_false_alarms:.1} such agreements"
+        );
         return refused(TooFewAgreeingMatches, detail);
     }
-    if let Some(expected) = prior.scale.filter(|e| (found.similarity.scale() / e).ln().abs() > SCALE_SLACK) {
-        return refused(OtherScale, format!("scale {:.3}, but {expected:.3} was stated", found.similarity.scale()));
+    if (inliers as f64) < LEAST_AGREEING_SHARE * in_overlap as f64 {
+        let detail = format!("{inliers} correspondences agree, but {in_overlap} lie in the overlap so found");
+        return refused(Contradicted, detail);
     }
-    let (similarity, covariance) = match alignment::align(a, b, &found.similarity) {
-        Some(aligned) => (aligned.similarity, aligned.covariance),
-        None => (found.similarity, found.covariance_at(centre_of_b)),
+    let Some(aligned) = align(a, b, &agreed.similarity, centre_of_b) else {
+        return refused(Contradicted, format!("{inliers} correspondences agree, but brightness finds no hold there"));
     };
-    let displacement = similarity.apply(centre_of_b) - centre_of_a;
-    MotionAnswer::Motion(motion(similarity, displacement, covariance, factor as f64, [found.inliers, pairs.len()]))
+    if aligned.correlation < LEAST_CORRELATION {
+        let detail =
+            format!("{inliers} correspondences agree, but brightness correlates by {:.2}", aligned.correlation);
+        return refused(Contradicted, detail);
+    }
+    let (similarity, covariance) = (aligned.similarity, aligned.covariance);
+    Ok(Found { similarity, covariance, inliers, matches, log10_false_alarms })
 }
 
-/// The answer in pixels `factor` times as small; `counts` are inliers and matches.
-fn motion(
-    similarity: Similarity,
-    displacement: Vector2<f64>,
-    covariance: Matrix2<f64>,
-    factor: f64,
-    counts: [usize; 2],
-) -> Motion {
-    let Similarity { c, s, t } = similarity;
-    let (t, displacement, covariance) = (t * factor, displacement * factor, covariance * factor * factor);
-    Motion {
-        a_from_b: [[c, -s, t.x], [s, c, t.y]],
-        rotation_deg: similarity.rotation_rad().to_degrees(),
-        scale: similarity.scale(),
-        displacement_px: [displacement.x, displacement.y],
-        covariance_px2: [[covariance[(0, 0)], covariance[(0, 1)]], [covariance[(1, 0)], covariance[(1, 1)]]],
-        inliers: counts[0],
-        matches: counts[1],
+impl Found {
+    /// The answer in pixels `factor` times as small, for frames of these centres.
+    fn motion(&self, factor: f64, centre_of_a: Vector2<f64>, centre_of_b: Vector2<f64>) -> Motion {
+        let similarity = self.similarity.in_pixels(1.0 / factor, 1.0 / factor);
+        let displacement = similarity.apply(centre_of_b) - centre_of_a;
+        let (Similarity { c, s, t }, covariance) = (similarity, self.covariance * factor * factor);
+        Motion {
+            a_from_b: [[c, -s, t.x], [s, c, t.y]],
+            rotation_deg: similarity.rotation_rad().to_degrees(),
+            scale: similarity.scale(),
+            displacement_px: [displacement.x, displacement.y],
+            covariance_px2: [[covariance[(0, 0)], covariance[(0, 1)]], [covariance[(1, 0)], covariance[(1, 1)]]],
+            inliers: self.inliers,
+            matches: self.matches,
+            log10_false_alarms: self.log10_false_alarms,
+        }
     }
 }
 
-fn described(gray: &Gray) -> Keypoints {
-    keypoint::describe(gray, &Mask::filled(gray.width_px(), gray.height_px(), true), KEYPOINTS)
+fn pair(of_a: &Keypoints, i: usize, of_b: &Keypoints, j: usize) -> Pair {
+    let (p, q) = (&of_a.points[i], &of_b.points[j]);
+    let place = |x_px: f32, y_px: f32| Vector2::new(f64::from(x_px), f64::from(y_px));
+    Pair {
+        a: place(p.x_px, p.y_px),
+        b: place(q.x_px, q.y_px),
+        turn_rad: f64::from(p.angle_rad - q.angle_rad),
+        scale: f64::from(p.scale / q.scale),
+    }
 }
 
-fn place(keypoints: &Keypoints, i: usize) -> Vector2<f64> {
-    let p = keypoints.points[i];
-    Vector2::new(f64::from(p.x_px), f64::from(p.y_px))
-}
-
-fn refused(reason: NoMotionReason, detail: String) -> MotionAnswer {
-    MotionAnswer::NoMotion { reason, detail }
+fn refused<T>(reason: NoMotionReason, detail: String) -> Result<T, MotionAnswer> {
+    Err(MotionAnswer::NoMotion { reason, detail })
 }
 
 #[cfg(test)]

@@ -83,3 +83,29 @@ fn refuses_a_scale_that_contradicts_the_stated_one() {
     let answer = register(&a, &b, &MotionPrior { scale: Some(1.6) });
     assert!(matches!(answer, MotionAnswer::NoMotion { .. }));
 }
+
+#[test]
+fn finds_frames_of_twice_and_half_the_scale() {
+    let a = frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0);
+    for (truth, bound) in [(turned(20.0, 1.4, 60.0, -30.0), 1.0), (turned(-35.0, 0.55, 70.0, 110.0), 1.0)] {
+        let MotionAnswer::Motion(motion) = register(&a, &frame(&truth, 1.1), &MotionPrior::default()) else {
+            panic!("not registered: {truth:?}")
+        };
+        let expected = truth.apply(Vector2::new(120.0, 100.0)) - Vector2::new(120.0, 100.0);
+        assert!((Vector2::from(motion.displacement_px) - expected).norm() < bound);
+    }
+}
+
+#[test]
+fn a_mirrored_frame_is_another_place() {
+    let a = frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0);
+    let (w, h) = (a.width_px(), a.height_px());
+    let mirrored = Gray::from_values(w, h, (0..w * h).map(|i| a.at(w - 1 - i % w, i / w)).collect()).unwrap();
+    assert!(matches!(register(&a, &mirrored, &MotionPrior::default()), MotionAnswer::NoMotion { .. }));
+}
+
+#[test]
+fn the_same_frames_give_the_same_bits() {
+    let (a, b) = (frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0), frame(&turned(4.0, 1.05, 30.0, 10.0), 0.9));
+    assert_eq!(register(&a, &b, &MotionPrior::default()), register(&a, &b, &MotionPrior::default()));
+}
