@@ -3,6 +3,7 @@
 //! Sums of integers do not depend on their order, so whatever the compiler makes of them gives the same bits.
 
 use crate::pixels::Gray;
+use crate::simd::dispatch;
 
 /// Gray levels are kept in steps of this part of one.
 const STEPS_PER_GRAY: f32 = 16.0;
@@ -33,19 +34,7 @@ struct Disc {
 impl Patches {
     /// Of a frame of at least 16 x 16 pixels with gray levels in [0, 255]; what lies outside is clipped.
     pub fn new(gray: &Gray) -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2.
-            return unsafe { Self::new_avx2(gray) };
-        }
-        Self::of(gray)
-    }
-
-    /// [`Self::of`] compiled for AVX2; the same operations in the same order, so the same bits.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn new_avx2(gray: &Gray) -> Self {
-        Self::of(gray)
+        patches(gray)
     }
 
     #[inline(always)]
@@ -83,19 +72,7 @@ impl Patches {
     /// The orientation at pixel (x, y), radians from x towards y, and 256 comparisons of pixels at `pattern`'s points
     /// turned by it; bit i of byte i / 8 is set where the first point is darker.
     pub fn describe(&self, pattern: &Pattern, x: usize, y: usize) -> (f32, [u8; 32]) {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2.
-            return unsafe { self.describe_avx2(pattern, x, y) };
-        }
-        self.describe_at(pattern, x, y)
-    }
-
-    /// [`Self::describe_at`] compiled for AVX2; the same bits.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn describe_avx2(&self, pattern: &Pattern, x: usize, y: usize) -> (f32, [u8; 32]) {
-        self.describe_at(pattern, x, y)
+        describe(self, pattern, x, y)
     }
 
     #[inline(always)]
@@ -137,6 +114,18 @@ impl Patches {
             }
         }
         bits
+    }
+}
+
+dispatch! {
+    fn patches(gray: &Gray) -> Patches {
+        Patches::of(gray)
+    }
+}
+
+dispatch! {
+    fn describe(patches: &Patches, pattern: &Pattern, x: usize, y: usize) -> (f32, [u8; 32]) {
+        patches.describe_at(pattern, x, y)
     }
 }
 

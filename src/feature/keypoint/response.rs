@@ -3,26 +3,17 @@
 //! One pass from top to bottom: only five rows of the tensor are held at a time.
 
 use crate::pixels::Gray;
+use crate::simd::dispatch;
 
 /// Half the window over which the tensor is summed.
 const WINDOW_RADIUS_PX: usize = 2;
 const WINDOW_PX: usize = 2 * WINDOW_RADIUS_PX + 1;
 
-/// The response of every pixel, (gray levels per pixel)^2, row by row; zero within two pixels of the edge.
-pub fn responses(gray: &Gray) -> Vec<f32> {
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has AVX2.
-        return unsafe { responses_avx2(gray) };
+dispatch! {
+    /// The response of every pixel, (gray levels per pixel)^2, row by row; zero within two pixels of the edge.
+    pub fn responses(gray: &Gray) -> Vec<f32> {
+        responses_of(gray)
     }
-    responses_of(gray)
-}
-
-/// [`responses_of`] compiled for AVX2; the same operations in the same order, so the same bits.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn responses_avx2(gray: &Gray) -> Vec<f32> {
-    responses_of(gray)
 }
 
 #[inline(always)]

@@ -1,22 +1,13 @@
 //! Binomial smoothing: less noise and aliasing before brightness is compared between pixels.
 
 use crate::pixels::Gray;
+use crate::simd::dispatch;
 
-/// The image smoothed by 1 4 6 4 1 / 16 in both directions; the rim, two pixels wide, is left as it is.
-pub fn smoothed(gray: &Gray) -> Gray {
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has AVX2.
-        return unsafe { smoothed_avx2(gray) };
+dispatch! {
+    /// The image smoothed by 1 4 6 4 1 / 16 in both directions; the rim, two pixels wide, is left as it is.
+    pub fn smoothed(gray: &Gray) -> Gray {
+        smoothed_of(gray)
     }
-    smoothed_of(gray)
-}
-
-/// [`smoothed_of`] compiled for AVX2; the same operations in the same order, so the same bits.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn smoothed_avx2(gray: &Gray) -> Gray {
-    smoothed_of(gray)
 }
 
 #[inline(always)]

@@ -2,6 +2,7 @@
 
 use super::Similarity;
 use crate::registration::evidence::{Agreement, log10_false_alarms};
+use crate::simd::dispatch;
 use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector4};
 use std::f64::consts::PI;
 
@@ -145,19 +146,7 @@ impl Columns {
 
     /// How many lie within the tolerance.
     fn agreeing(&self, s: &Similarity) -> usize {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2.
-            return unsafe { self.agreeing_avx2(s) };
-        }
-        self.agreeing_of(s)
-    }
-
-    /// [`Self::agreeing_of`] compiled for AVX2; the same operations in the same order.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn agreeing_avx2(&self, s: &Similarity) -> usize {
-        self.agreeing_of(s)
+        count_agreeing(self, s)
     }
 
     #[inline(always)]
@@ -173,6 +162,12 @@ impl Columns {
             agreeing += u32::from(x * x + y * y <= SQUARE);
         }
         agreeing as usize
+    }
+}
+
+dispatch! {
+    fn count_agreeing(columns: &Columns, s: &Similarity) -> usize {
+        columns.agreeing_of(s)
     }
 }
 

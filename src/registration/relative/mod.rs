@@ -37,7 +37,7 @@ const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 const SCALE_SLACK: f64 = 0.15;
 
 /// Frames are compared at this edge (square root of the area) at most: beyond, only time and memory grow.
-const MOST_EDGE_PX: f64 = 2048.0;
+const MOST_EDGE_PX: f64 = 720.0;
 
 /// Registers frame b against frame a. Frames of many megapixels are compared at a whole fraction of their size; the
 /// answer is in their own pixels.

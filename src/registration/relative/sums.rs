@@ -6,6 +6,7 @@
 
 use super::Similarity;
 use crate::pixels::Gray;
+use crate::simd::dispatch;
 use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Shift of b's centre in a (x, y), growth and turn (both times `Template::radius_px`), gain.
@@ -135,19 +136,7 @@ impl Template {
 
     /// One round over `a` (smoothed): the sums of every block that reaches into it, and the brightness for the next.
     pub fn sums(&self, a: &Gray, motion: &Similarity, brightness: &Brightness) -> (Vec<BlockSums>, Brightness) {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2.
-            return unsafe { self.sums_avx2(a, motion, brightness) };
-        }
-        self.sums_of(a, motion, brightness)
-    }
-
-    /// [`Self::sums_of`] compiled for AVX2; the same operations in the same order, so the same bits.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn sums_avx2(&self, a: &Gray, motion: &Similarity, brightness: &Brightness) -> (Vec<BlockSums>, Brightness) {
-        self.sums_of(a, motion, brightness)
+        sums(self, a, motion, brightness)
     }
 
     #[inline(always)]
@@ -170,6 +159,12 @@ impl Template {
             }
         }
         (sums, next)
+    }
+}
+
+dispatch! {
+    fn sums(template: &Template, a: &Gray, motion: &Similarity, known: &Brightness) -> (Vec<BlockSums>, Brightness) {
+        template.sums_of(a, motion, known)
     }
 }
 
