@@ -1,9 +1,10 @@
 //! The similarity that most correspondences agree on, and how surely that is no accident.
 
 use super::Similarity;
+use super::parallax::lower_surface;
 use crate::registration::evidence::{Agreement, log10_false_alarms};
 use crate::simd::dispatch;
-use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 use std::f64::consts::PI;
 
 /// A point of image a and the one of image b taken for the same ground.
@@ -17,13 +18,21 @@ pub struct Pair {
     pub scale: f64,
 }
 
+/// The frames, px.
+pub struct Frames {
+    pub size_of_a: Vector2<f64>,
+    pub centre_of_b: Vector2<f64>,
+}
+
 /// What was agreed on.
 pub struct Consensus {
     /// Takes b to a.
     pub similarity: Similarity,
+    /// Of b's centre in a, px^2.
+    pub covariance: Matrix2<f64>,
     /// Pairs that agree.
     pub inliers: usize,
-    /// Pairs that lie where, by this similarity, both frames see the same ground.
+    /// Pairs that lie where, by this similarity, both frames see the same ground, without those of a surface above it.
     pub in_overlap: usize,
     /// log10 of how many such agreements accident would make.
     pub log10_false_alarms: f64,
@@ -43,6 +52,8 @@ const MISSED: f64 = 1e-6;
 /// Points nearer than this to each other say little of turn and scale.
 const LEAST_BASE_PX: f64 = 12.0;
 const ROUNDS: usize = 4;
+/// What pulls one pair off (relief, the shape of the lens) pulls its neighbours too: one in this many counts.
+const PAIRS_PER_INDEPENDENT: f64 = 4.0;
 /// Keypoints nearer than this see the same corner: they count once.
 const APART_PX: f64 = 8.0;
 /// Keypoints are not spread evenly: an accidental neighbour is so many times as likely.
@@ -51,7 +62,7 @@ const UNEVENNESS: f64 = 3.0;
 /// The similarity with the largest consensus, by least squares over the pairs that agree. The draws
 /// are the same for the same input. `None` with fewer than two pairs, or where no drawn pair of them agrees on turn
 /// and scale within bounds.
-pub fn estimate(pairs: &[Pair], size_of_a: Vector2<f64>, scale_bounds: (f64, f64)) -> Option<Consensus> {
+pub fn estimate(pairs: &[Pair], frames: &Frames, scale_bounds: (f64, f64)) -> Option<Consensus> {
     let columns = Columns::new(pairs);
     let mut best: Option<(usize, Similarity)> = None;
     let mut draw = Draw { state: 0x2545_f491, count: pairs.len() };
@@ -71,19 +82,54 @@ pub fn estimate(pairs: &[Pair], size_of_a: Vector2<f64>, scale_bounds: (f64, f64
             }
         }
     }
-    let (_, mut similarity) = best?;
+    let (_, largest) = best?;
+    let largest = settled(pairs, largest)?;
+    let displacement = largest.similarity.apply(frames.centre_of_b) - frames.size_of_a / 2.0;
+    let is_other = |i: &usize| largest.inliers.binary_search(i).is_err();
+    let others: Vec<&Pair> = (0..pairs.len()).filter(is_other).map(|i| &pairs[i]).collect();
+    let lower = lower_surface(&others, &largest.similarity, largest.inliers.len(), displacement);
+    Some(match lower.and_then(|guess| settled(pairs, guess)) {
+        Some(ground) => assessed(pairs, ground, &largest.inliers, frames),
+        None => assessed(pairs, largest, &[], frames),
+    })
+}
+
+/// A similarity by least squares, and the pairs that agree with it.
+struct Settled {
+    similarity: Similarity,
+    inliers: Vec<usize>,
+}
+
+/// Least squares over those that agree, until they stay the same.
+fn settled(pairs: &[Pair], mut similarity: Similarity) -> Option<Settled> {
     for _ in 0..ROUNDS {
-        let Some(next) = least_squares(pairs, &agreeing(pairs, &similarity)) else { break };
+        let Some((next, ..)) = least_squares(pairs, &agreeing(pairs, &similarity)) else { break };
         similarity = next;
     }
     let inliers = agreeing(pairs, &similarity);
-    let similarity = least_squares(pairs, &inliers)?;
-    Some(Consensus {
+    Some(Settled { similarity: least_squares(pairs, &inliers)?.0, inliers })
+}
+
+/// What can be said of it; `above` are the pairs of a surface above, which do not contradict it.
+fn assessed(pairs: &[Pair], found: Settled, above: &[usize], frames: &Frames) -> Consensus {
+    let Settled { similarity, inliers } = found;
+    let squares: f64 = inliers.iter().map(|&i| (pairs[i].a - similarity.apply(pairs[i].b)).norm_squared()).sum();
+    let freedom = (2 * inliers.len()) as f64 - 4.0;
+    let variance_px2 = if freedom > 0.0 { squares / freedom } else { f64::INFINITY };
+    let covariance =
+        least_squares(pairs, &inliers).map_or(Matrix2::identity() * f64::INFINITY, |(_, inverse, middle)| {
+            let j = design(frames.centre_of_b - middle);
+            j * inverse * j.transpose() * (variance_px2 * PAIRS_PER_INDEPENDENT)
+        });
+    let is_shared =
+        |i: &usize| is_inside(similarity.apply(pairs[*i].b), frames.size_of_a) && above.binary_search(i).is_err();
+    Consensus {
         similarity,
+        covariance,
         inliers: inliers.len(),
-        in_overlap: pairs.iter().filter(|p| is_inside(similarity.apply(p.b), size_of_a)).count(),
-        log10_false_alarms: accidents(pairs, &inliers, size_of_a.x * size_of_a.y),
-    })
+        in_overlap: (0..pairs.len()).filter(is_shared).count(),
+        log10_false_alarms: accidents(pairs, &inliers, frames.size_of_a.x * frames.size_of_a.y),
+    }
 }
 
 /// The similarity through two pairs, where it agrees with their orientations and scales.
@@ -94,12 +140,13 @@ fn hypothesis(p: &Pair, q: &Pair, scale_bounds: (f64, f64)) -> Option<Similarity
     let s = Similarity::through([p.b, q.b], [p.a, q.a])?;
     let scale = s.scale();
     let is_within = (scale_bounds.0..=scale_bounds.1).contains(&scale);
-    (is_within && [p, q].iter().all(|pair| pair.agrees_in_kind(&s, scale))).then_some(s)
+    (is_within && [p, q].iter().all(|pair| pair.agrees_in_kind(&s))).then_some(s)
 }
 
 impl Pair {
     /// Whether the keypoints' own orientations and scales are those of the similarity.
-    fn agrees_in_kind(&self, s: &Similarity, scale: f64) -> bool {
+    pub fn agrees_in_kind(&self, s: &Similarity) -> bool {
+        let scale = s.scale();
         let (sin, cos) = self.turn_rad.sin_cos();
         let ratio = scale / self.scale;
         s.c * cos + s.s * sin >= scale * TURN_TOLERANCE_DEG.to_radians().cos()
@@ -112,9 +159,7 @@ fn is_inside(p: Vector2<f64>, size: Vector2<f64>) -> bool {
 }
 
 fn agreeing(pairs: &[Pair], s: &Similarity) -> Vec<usize> {
-    let scale = s.scale();
-    let agrees =
-        |p: &Pair| (p.a - s.apply(p.b)).norm_squared() <= TOLERANCE_PX * TOLERANCE_PX && p.agrees_in_kind(s, scale);
+    let agrees = |p: &Pair| (p.a - s.apply(p.b)).norm_squared() <= TOLERANCE_PX * TOLERANCE_PX && p.agrees_in_kind(s);
     (0..pairs.len()).filter(|&i| agrees(&pairs[i])).collect()
 }
 
@@ -172,7 +217,7 @@ dispatch! {
 }
 
 /// Least squares around the middle of b's points; `None` with fewer than two.
-fn least_squares(pairs: &[Pair], inliers: &[usize]) -> Option<Similarity> {
+fn least_squares(pairs: &[Pair], inliers: &[usize]) -> Option<(Similarity, Matrix4<f64>, Vector2<f64>)> {
     if inliers.len() < 2 {
         return None;
     }
@@ -184,8 +229,9 @@ fn least_squares(pairs: &[Pair], inliers: &[usize]) -> Option<Similarity> {
         normal += j.transpose() * j;
         right += j.transpose() * pairs[i].a;
     }
-    let p = normal.try_inverse()? * right;
-    Some(Similarity::about(p[2], p[3], middle, Vector2::new(p[0], p[1])))
+    let inverse = normal.try_inverse()?;
+    let p = inverse * right;
+    Some((Similarity::about(p[2], p[3], middle, Vector2::new(p[0], p[1])), inverse, middle))
 }
 
 /// d(a) / d(t_x, t_y, c, s) at a point of b.
@@ -233,6 +279,10 @@ impl Draw {
 mod tests {
     use super::*;
 
+    fn frames() -> Frames {
+        Frames { size_of_a: [512.0, 512.0].into(), centre_of_b: [256.0, 256.0].into() }
+    }
+
     /// `right` pairs of one motion among `wrong` ones of chance.
     fn mixture(right: usize, wrong: usize) -> (Similarity, Vec<Pair>) {
         let truth = Similarity::about(0.9, 0.5, Vector2::new(256.0, 256.0), Vector2::new(200.0, 300.0));
@@ -250,7 +300,7 @@ mod tests {
     #[test]
     fn finds_one_right_pair_in_twenty_and_says_it_is_no_accident() {
         let (truth, pairs) = mixture(15, 285);
-        let found = estimate(&pairs, [512.0, 512.0].into(), (0.4, 2.5)).unwrap();
+        let found = estimate(&pairs, &frames(), (0.4, 2.5)).unwrap();
         let off = found.similarity.apply([256.0, 256.0].into()) - truth.apply([256.0, 256.0].into());
         assert!(off.norm() < 0.5 && found.inliers >= 15 && found.log10_false_alarms < -12.0);
     }
@@ -258,7 +308,7 @@ mod tests {
     #[test]
     fn chance_alone_stays_an_accident() {
         let (_, pairs) = mixture(0, 300);
-        let found = estimate(&pairs, [512.0, 512.0].into(), (0.4, 2.5));
+        let found = estimate(&pairs, &frames(), (0.4, 2.5));
         assert!(found.is_none_or(|f| f.log10_false_alarms > -3.0));
     }
 
@@ -266,7 +316,7 @@ mod tests {
     fn one_corner_seen_many_times_is_one_witness() {
         let (_, mut pairs) = mixture(3, 0);
         pairs.extend(vec![pairs[0]; 40]);
-        let found = estimate(&pairs, [512.0, 512.0].into(), (0.4, 2.5)).unwrap();
+        let found = estimate(&pairs, &frames(), (0.4, 2.5)).unwrap();
         assert!(found.inliers == 43 && found.log10_false_alarms > -5.0, "{}", found.log10_false_alarms);
     }
 

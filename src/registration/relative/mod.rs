@@ -6,6 +6,7 @@ mod alignment;
 mod answer;
 mod binomial;
 mod consensus;
+mod parallax;
 mod similarity;
 mod sums;
 
@@ -14,7 +15,7 @@ pub use answer::{Motion, MotionAnswer, MotionPrior, NoMotionReason};
 use crate::feature::keypoint::{FrameRecipe, Keypoints, describe_frame, match_mutual};
 use crate::pixels::Gray;
 use alignment::align;
-use consensus::{Consensus, Pair, estimate};
+use consensus::{Consensus, Frames, Pair, estimate};
 use nalgebra::{Matrix2, Vector2};
 use similarity::Similarity;
 
@@ -31,6 +32,9 @@ const MOST_LOG10_FALSE_ALARMS: f64 = -16.0;
 const LEAST_AGREEING_SHARE: f64 = 0.18;
 /// Mean correlation of the aligned frames' blocks. Where frames do share the ground, above 0.6 in the same trials.
 const LEAST_CORRELATION: f64 = 0.45;
+/// So much evidence needs no correlation of brightness: trees and houses seen from two sides have little.
+const EVIDENT_LOG10_FALSE_ALARMS: f64 = -60.0;
+const EVIDENT_SHARE: f64 = 0.12;
 /// Scales outside are no consecutive frames.
 const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 /// How far the scale found may be from the stated one.
@@ -92,8 +96,8 @@ fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) 
     let (of_a, of_b) = (describe_frame(a, recipe), describe_frame(b, recipe));
     let pairs: Vec<_> = match_mutual(&of_a, &of_b, RATIO).iter().map(|m| pair(&of_a, m.a, &of_b, m.b)).collect();
     let matches = pairs.len();
-    let size_of_a = 2.0 * middle(a);
-    let Some(agreed) = estimate(&pairs, size_of_a, SCALE_BOUNDS) else {
+    let frames = Frames { size_of_a: 2.0 * middle(a), centre_of_b };
+    let Some(agreed) = estimate(&pairs, &frames, SCALE_BOUNDS) else {
         let detail = format!("no two of {matches} correspondences agree on a similarity");
         return refused(TooFewAgreeingMatches, detail);
     };
@@ -104,19 +108,22 @@ fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) 
         );
         return refused(TooFewAgreeingMatches, detail);
     }
-    if (inliers as f64) < LEAST_AGREEING_SHARE * in_overlap as f64 {
+    let share = inliers as f64 / in_overlap as f64;
+    let is_evident = log10_false_alarms <= EVIDENT_LOG10_FALSE_ALARMS && share >= EVIDENT_SHARE;
+    if share < LEAST_AGREEING_SHARE && !is_evident {
         let detail = format!("{inliers} correspondences agree, but {in_overlap} lie in the overlap so found");
         return refused(Contradicted, detail);
     }
-    let Some(aligned) = align(a, b, &agreed.similarity, centre_of_b) else {
-        return refused(Contradicted, format!("{inliers} correspondences agree, but brightness finds no hold there"));
+    let aligned = align(a, b, &agreed.similarity, centre_of_b);
+    let correlation = aligned.as_ref().map_or(0.0, |aligned| aligned.correlation);
+    let (similarity, covariance) = match aligned {
+        Some(aligned) if correlation >= LEAST_CORRELATION => (aligned.similarity, aligned.covariance),
+        _ if is_evident => (agreed.similarity, agreed.covariance),
+        _ => {
+            let detail = format!("{inliers} correspondences agree, but brightness correlates by {correlation:.2}");
+            return refused(Contradicted, detail);
+        }
     };
-    if aligned.correlation < LEAST_CORRELATION {
-        let detail =
-            format!("{inliers} correspondences agree, but brightness correlates by {:.2}", aligned.correlation);
-        return refused(Contradicted, detail);
-    }
-    let (similarity, covariance) = (aligned.similarity, aligned.covariance);
     Ok(Found { similarity, covariance, inliers, matches, log10_false_alarms })
 }
 
