@@ -100,10 +100,9 @@ impl Patches {
         let stride = self.stride as i32;
         let mut places = [[0i32; 256]; 2];
         for (places, points) in places.iter_mut().zip(&pattern.points) {
-            for k in 0..256 {
-                let (px, py) = (points.x[k], points.y[k]);
+            for (place, (px, py)) in places.iter_mut().zip(points.x.iter().zip(&points.y)) {
                 let (x, y) = ((cos * px - sin * py + MIDDLE) as i32, (sin * px + cos * py + MIDDLE) as i32);
-                places[k] = y * stride + x;
+                *place = y * stride + x;
             }
         }
         let mut bits = [0u8; 32];
@@ -166,8 +165,8 @@ impl Disc {
 #[inline(always)]
 fn weighed(value: impl Fn(usize) -> f32) -> f32 {
     let mut sum = KERNEL[KERNEL_RADIUS_PX] * value(KERNEL_RADIUS_PX);
-    for k in 0..KERNEL_RADIUS_PX {
-        sum += KERNEL[k] * (value(k) + value(KERNEL.len() - 1 - k));
+    for (k, weight) in KERNEL[..KERNEL_RADIUS_PX].iter().enumerate() {
+        sum += weight * (value(k) + value(KERNEL.len() - 1 - k));
     }
     sum
 }

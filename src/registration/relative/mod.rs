@@ -59,7 +59,7 @@ pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
     };
     match found {
         Ok(found) => MotionAnswer::Motion(found.motion(factor as f64, middle(a), middle(b))),
-        Err(refusal) => refusal,
+        Err(Refusal { reason, detail }) => MotionAnswer::NoMotion { reason, detail },
     }
 }
 
@@ -78,8 +78,14 @@ struct Found {
     log10_false_alarms: f64,
 }
 
+/// Why a way did not lead to a motion.
+struct Refusal {
+    reason: NoMotionReason,
+    detail: String,
+}
+
 /// Registers frames as they are; the centre is that of b before binning, which may have dropped a remainder.
-fn register_as_is(a: &Gray, b: &Gray, prior: &MotionPrior, centre_of_b: Vector2<f64>) -> Result<Found, MotionAnswer> {
+fn register_as_is(a: &Gray, b: &Gray, prior: &MotionPrior, centre_of_b: Vector2<f64>) -> Result<Found, Refusal> {
     let found = attempt(a, b, &QUICK, centre_of_b).or_else(|_| attempt(a, b, &THOROUGH, centre_of_b))?;
     let scale = found.similarity.scale();
     match prior.scale.filter(|expected| (scale / expected).ln().abs() > SCALE_SLACK) {
@@ -91,7 +97,7 @@ fn register_as_is(a: &Gray, b: &Gray, prior: &MotionPrior, centre_of_b: Vector2<
 }
 
 /// One way through: keypoints, consensus, alignment, and the tests.
-fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) -> Result<Found, MotionAnswer> {
+fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) -> Result<Found, Refusal> {
     use NoMotionReason::{Contradicted, TooFewAgreeingMatches};
     let (of_a, of_b) = (describe_frame(a, recipe), describe_frame(b, recipe));
     let pairs: Vec<_> = match_mutual(&of_a, &of_b, RATIO).iter().map(|m| pair(&of_a, m.a, &of_b, m.b)).collect();
@@ -157,8 +163,8 @@ fn pair(of_a: &Keypoints, i: usize, of_b: &Keypoints, j: usize) -> Pair {
     }
 }
 
-fn refused<T>(reason: NoMotionReason, detail: String) -> Result<T, MotionAnswer> {
-    Err(MotionAnswer::NoMotion { reason, detail })
+fn refused<T>(reason: NoMotionReason, detail: String) -> Result<T, Refusal> {
+    Err(Refusal { reason, detail })
 }
 
 #[cfg(test)]

@@ -109,11 +109,6 @@ impl Template {
         Self { centre, radius_px, step, blocks }
     }
 
-    /// Pixels of b compared where all lie in a.
-    pub fn len(&self) -> usize {
-        self.blocks.iter().map(|block| block.rows.len() * LANES).sum()
-    }
-
     /// Keeps the blocks that reach into `a`.
     pub fn cut_to(mut self, a: &Gray, motion: &Similarity) -> Self {
         let (width, height) = (a.width_px() as f64, a.height_px() as f64);
