@@ -31,7 +31,7 @@ pub fn declare(path: &Path, request: &Request) -> Result<Given, Rejected> {
         acquired: request.date.clone().or_else(|| description.acquired.clone()),
         crs_epsg: request.crs,
         stretch: request.stretch,
-        horizontal_error_m: request.horizontal_error_m.unwrap_or(0.0) + description.crs_error_m,
+        horizontal_error_m: request.horizontal_error_m.unwrap_or(0.0).max(description.crs_error_m),
         gsd_m_per_px: description.gsd_m_per_px,
         outline_deg: description.outline.iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect(),
     };

@@ -45,7 +45,7 @@ pub struct Args {
     /// Values shown as black and white; needed where a sample has more than 8 bits.
     #[arg(long, value_name = "LO,HI", value_parser = parse_stretch, allow_hyphen_values = true)]
     stretch: Option<(f64, f64)>,
-    /// One standard deviation per axis, metres, of the given sources' positions: added to every fix made on them [default: 0]
+    /// One standard deviation per axis, metres, of the given sources' positions, part of every fix made on them; never less than what the shift of their datum leaves open (1 m for NAD83) [default: that]
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     horizontal_error_m: Option<f64>,
     /// Threads that warp and encode [default: all cores]

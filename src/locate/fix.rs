@@ -24,9 +24,15 @@ const LEAST_SIDE_PX: f64 = 12.0;
 /// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
 /// by 45 degrees reaches 500. What is drawn of it grows with the square.
 const MOST_REACH_PX: f64 = 1000.0;
-/// One sigma per axis of what shifts all edges of a frame together, pixels of the finest level: between two dates a
-/// shadow moves an edge by a part of a pixel or two. Measured on the drawn flight, whose map is exact.
-const SYSTEMATIC_PX: f64 = 0.25;
+/// Windows beside each other see the same edges, so fewer of them are independent than there are: variances from their
+/// residuals are this much too small. Measured where frame and map are of one date and nothing else is in the way.
+const NEIGHBOURS_AGREE: f64 = 1.4;
+/// What changes between two dates (shadows, leaves, walls seen from another side) scatters the windows, but also shifts
+/// all of them together, which no residual shows: one sigma per axis, as a multiple of the scatter. Measured on drawn
+/// ground under another sun, whose truth is exact.
+const COMMON_SHARE: f64 = 2.0;
+/// Such a shift comes of the heights of things, so it has a bound that does not grow with the pixel, metres.
+const COMMON_M: f64 = 1.0;
 /// What can be promised of an accepted fix until it is calibrated on negatives.
 const LEAST_FALSE_FIX_PROBABILITY: f64 = 1e-4;
 
@@ -158,10 +164,10 @@ impl Search<'_> {
         let camera = frame.camera().at_height_ratio(pose.height_ratio);
         let footprint = self.footprint_at(nadir)?;
         let map_error_m = footprint.as_ref().map_or(0.0, |f| f.horizontal_error_m);
-        let c = best.fit.covariance;
+        let c = best.fit.covariance * NEIGHBOURS_AGREE;
         let (ge, gn) = (gsd.east_m_per_px, gsd.north_m_per_px);
-        // Common to all windows, so that no residual shows it: of the map as a whole, and of shadows and seasons.
-        let common_m2 = map_error_m.powi(2) + (SYSTEMATIC_PX * gsd.mean_m_per_px()).powi(2);
+        let common_m = (COMMON_SHARE * best.fit.rms_px * gsd.mean_m_per_px()).min(COMMON_M);
+        let common_m2 = map_error_m.powi(2) + common_m.powi(2);
         let covariance_m2 = [
             [c[(0, 0)] * ge * ge + common_m2, -c[(0, 1)] * ge * gn],
             [-c[(0, 1)] * ge * gn, c[(1, 1)] * gn * gn + common_m2],

@@ -40,6 +40,9 @@ const FOLLOWING_RADIUS_PX: usize = 4;
 const LAST_RADIUS_PX: usize = 8;
 const ENTRY_TOLERANCE_PX: f64 = 2.0;
 const LAST_TOLERANCE_PX: f64 = 1.25;
+/// Where the windows of the first pass agree no better than this, there is nothing to refine. Over the right place they
+/// were seen at 10^-2 at most, over wrong ones at 10^3 at least.
+const HOPELESS_LOG10_ACCIDENTS: f64 = 2.5;
 /// Bounds on one pass's growth and turn (radians).
 const MAX_GROWTH: f64 = 0.12;
 const MAX_TURN_RAD: f64 = 0.14;
@@ -72,7 +75,11 @@ pub fn refine(
         }
         let p = fit.parameters;
         pose = pose.corrected([p[0], p[1]], p[2], p[3]);
-        refined = Some(assess(pose, fit, &windows, &pass, places));
+        let found = assess(pose, fit, &windows, &pass, places);
+        if refined.is_none() && found.log10_accidents > HOPELESS_LOG10_ACCIDENTS {
+            return Ok(None);
+        }
+        refined = Some(found);
     }
     Ok(refined)
 }
