@@ -1,5 +1,6 @@
 //! `Canvas`: the scene drawn at half a metre, colour and height, and the sun over it.
 
+use crate::relief::Relief;
 use rayon::prelude::*;
 
 /// Canvas pixels per metre.
@@ -72,6 +73,7 @@ impl Canvas {
         let towards = [(sin_az * cos_el) as f32, (-cos_az * cos_el) as f32, sin_el as f32];
         let rise_per_px = (sin_el / cos_el / PIXELS_PER_M) as f32;
         let reach_px = (TALLEST_M / rise_per_px) as usize;
+        let relief = Relief::of(self, reach_px as f64 / PIXELS_PER_M);
         let mut lit = self.colours.clone();
         lit.par_chunks_mut(self.width).enumerate().for_each(|(row, line)| {
             for (column, colour) in line.iter_mut().enumerate() {
@@ -83,7 +85,8 @@ impl Canvas {
                 let facing =
                     (-gx * towards[0] - gy * towards[1] + towards[2]) / (1.0 + gx * gx + gy * gy).sqrt() / towards[2];
                 let base = self.height_at(c, r);
-                let blocked = (1..reach_px).any(|k| {
+                let highest = (relief.tallest_m(c, r) - base) / rise_per_px;
+                let blocked = (1..reach_px.min(highest.max(0.0) as usize + 2)).any(|k| {
                     let at = |t: f64| (t * k as f64).round() as isize;
                     self.height_at(c + at(sin_az), r - at(cos_az)) > base + 0.3 + rise_per_px * k as f32
                 });

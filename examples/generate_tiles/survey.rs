@@ -35,9 +35,11 @@ impl Radiometry {
     }
 }
 
-/// Writes columns `from_m..to_m` of the canvas as an orthophoto of 1 m pixels.
+/// Writes columns `from_m..to_m` of a canvas, whose north-western corner has grid coordinates `corner`, as an
+/// orthophoto of 1 m pixels.
 pub fn write(
     canvas: &Canvas,
+    corner: [f64; 2],
     range_m: (usize, usize),
     radiometry: Radiometry,
     seed: u64,
@@ -59,7 +61,7 @@ pub fn write(
         }
     }
     write_jpeg(path, &pixels, width, height, quality)?;
-    let world = format!("1.0\n0.0\n0.0\n-1.0\n{:.1}\n{:.1}\n", CORNER[0] + range_m.0 as f64 + 0.5, CORNER[1] - 0.5);
+    let world = format!("1.0\n0.0\n0.0\n-1.0\n{:.1}\n{:.1}\n", corner[0] + range_m.0 as f64 + 0.5, corner[1] - 0.5);
     std::fs::write(path.with_extension("jgw"), world)?;
     std::fs::write(path.with_extension("prj"), PRJ)?;
     Ok(())
