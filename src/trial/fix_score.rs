@@ -7,6 +7,13 @@ use serde::Serialize;
 
 /// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
 const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
+/// The 97.5 % quantile of the normal distribution.
+const NORMAL_975: f64 = 1.959_963_985;
+/// Of a trimmed mean.
+const TRIMMED_SHARE: f64 = 0.975;
+/// Mean of a chi-square number of two degrees that lies below its 97.5 % quantile q = -2 ln 0.025:
+/// (2 - 0.025 (q + 2)) / 0.975.
+const TRIMMED_EXPECTATION: f64 = 1.810_827;
 
 /// The summary of `evaluate fixes`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +33,11 @@ pub struct FixScore {
     pub error_m: Option<Spread>,
     /// Share of accepted fixes whose truth lies in their own 95 % ellipse.
     pub ellipse95_coverage: Option<f64>,
+    /// Normalised estimation error squared of the accepted fixes, e^T C^-1 e: 2 where covariances are true.
+    #[serde(flatten)]
+    pub nees: Option<Nees>,
+    /// Long half axis of the accepted fixes' own 95 % ellipses, metres.
+    pub semi_major_95_m: Option<Spread>,
     /// From the decoded frame in memory to the answer.
     pub elapsed_ms: Option<Spread>,
     /// From the file to the decoded frame.
@@ -36,6 +48,20 @@ pub struct FixScore {
     pub right_m: f64,
     /// Of each search.
     pub threads: usize,
+}
+
+/// The mean of e^T C^-1 e over fixes, and where it lies if all covariances are true.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Nees {
+    /// Over all fixes; a single false one can dominate it.
+    #[serde(rename = "nees_mean")]
+    pub mean: f64,
+    /// Over the fixes below the 97.5 % quantile, scaled to expect 2 as well: what is left where outliers are cut.
+    #[serde(rename = "nees_trimmed_mean")]
+    pub trimmed_mean: f64,
+    /// Where `mean` lies in 95 of 100 sets of as many independent fixes.
+    #[serde(rename = "nees_band95")]
+    pub band95: [f64; 2],
 }
 
 impl FixScore {
@@ -54,6 +80,8 @@ impl FixScore {
             no_fix: outcomes.len() - fixes,
             error_m: Spread::of(errors),
             ellipse95_coverage: (fixes > 0).then(|| covered as f64 / fixes as f64),
+            nees: Nees::of(outcomes.iter().filter_map(FixOutcome::nees).collect()),
+            semi_major_95_m: Spread::of(outcomes.iter().filter_map(FixOutcome::semi_major_95_m).collect()),
             elapsed_ms: spread(|o| o.elapsed_ms),
             decode_ms: spread(|o| o.decode_ms),
             tiles_searched: spread(|o| o.tiles_searched() as f64),
@@ -63,19 +91,51 @@ impl FixScore {
     }
 }
 
+impl Nees {
+    /// Of the values of some fixes; `None` of none.
+    fn of(mut values: Vec<f64>) -> Option<Self> {
+        if values.is_empty() {
+            return None;
+        }
+        values.sort_by(f64::total_cmp);
+        let n = values.len() as f64;
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+        let kept = (n * TRIMMED_SHARE).ceil() as usize;
+        // A sum of n is chi-square of 2 n degrees; its quantiles by Wilson and Hilferty, good to 0.1 % from n = 5 on.
+        let quantile = |z: f64| {
+            let k = 2.0 * n;
+            2.0 * (1.0 - 2.0 / (9.0 * k) + z * (2.0 / (9.0 * k)).sqrt()).powi(3)
+        };
+        let trimmed_mean = 2.0 * mean(&values[..kept]) / TRIMMED_EXPECTATION;
+        Some(Self { mean: mean(&values), trimmed_mean, band95: [quantile(-NORMAL_975), quantile(NORMAL_975)] })
+    }
+}
+
 impl FixOutcome {
-    /// Whether the truth lies in the fix's own 95 % ellipse; `None` without a fix. A covariance that is not positive
-    /// definite covers nothing.
-    pub fn is_in_ellipse95(&self) -> Option<bool> {
+    /// e^T C^-1 e of the fix's error and its own covariance; `None` without a fix. Infinite where the covariance is not
+    /// positive definite.
+    pub fn nees(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
         let [[ee, en], [_, nn]] = fix.covariance_m2;
         let determinant = ee * nn - en * en;
         let (e, n) = (error.east_m, error.north_m);
-        Some(
-            ee > 0.0
-                && determinant > 0.0
-                && (nn * e * e - 2.0 * en * e * n + ee * n * n) / determinant <= CHI_SQUARE_95,
-        )
+        let is_definite = ee > 0.0 && determinant > 0.0;
+        let value = (nn * e * e - 2.0 * en * e * n + ee * n * n) / determinant;
+        Some(if is_definite { value } else { f64::INFINITY })
+    }
+
+    /// Whether the truth lies in the fix's own 95 % ellipse; `None` without a fix. A covariance that is not positive
+    /// definite covers nothing.
+    pub fn is_in_ellipse95(&self) -> Option<bool> {
+        Some(self.nees()? <= CHI_SQUARE_95)
+    }
+
+    /// Long half axis of the fix's own 95 % ellipse, metres; `None` without a fix.
+    pub fn semi_major_95_m(&self) -> Option<f64> {
+        let (Answer::Fix(fix), Some(_)) = (&self.answer, self.error) else { return None };
+        let [[ee, en], [_, nn]] = fix.covariance_m2;
+        let greatest = (ee + nn) / 2.0 + ((ee - nn) / 2.0).hypot(en);
+        Some((CHI_SQUARE_95 * greatest.max(0.0)).sqrt())
     }
 
     /// Base tiles whose imagery was searched.
@@ -165,6 +225,32 @@ pub(crate) mod tests {
         assert_eq!(outcome(Some([d, -d]), slanted).is_in_ellipse95(), Some(false));
         assert_eq!(outcome(Some([0.0, 0.0]), [[1.0, 1.0], [1.0, 1.0]]).is_in_ellipse95(), Some(false));
         assert_eq!(outcome(None, slanted).is_in_ellipse95(), None);
+    }
+
+    #[test]
+    fn nees_of_true_covariances_lies_in_its_band() {
+        // Quantiles of chi-square with two degrees, -2 ln(1 - p), in all directions of a slanted covariance.
+        let covariance = [[25.0, 12.0], [12.0, 9.0]];
+        let (l00, l10) = (5.0, 12.0 / 5.0);
+        let l11 = f64::sqrt(9.0 - l10 * l10);
+        let outcomes: Vec<_> = (0..400)
+            .map(|i| {
+                let (p, angle) = ((f64::from(i) + 0.5) / 400.0, f64::from(i) * 2.4);
+                let (u, v) =
+                    ((-2.0 * (1.0 - p).ln()).sqrt() * angle.cos(), (-2.0 * (1.0 - p).ln()).sqrt() * angle.sin());
+                outcome(Some([l00 * u, l10 * u + l11 * v]), covariance)
+            })
+            .collect();
+        let score = FixScore::of(&outcomes, 100.0, 1);
+        let nees = score.nees.unwrap();
+        assert!((nees.mean - 2.0).abs() < 0.02 && (nees.trimmed_mean - 2.0).abs() < 0.02, "{nees:?}");
+        // scipy.stats.chi2.ppf([0.025, 0.975], 800) / 400 = [1.808781, 2.200688]
+        assert!((nees.band95[0] - 1.808_781).abs() < 1e-3 && (nees.band95[1] - 2.200_688).abs() < 1e-3, "{nees:?}");
+        assert!((score.ellipse95_coverage.unwrap() - 0.95).abs() < 0.003);
+        assert_eq!(serde_json::to_value(&score).unwrap()["nees_mean"], nees.mean);
+        // Half axes of the 95 % ellipse: eigenvalues 17 +- sqrt(64 + 144).
+        let semi_major_m = (CHI_SQUARE_95 * (17.0 + 208f64.sqrt())).sqrt();
+        assert!((score.semi_major_95_m.unwrap().median - semi_major_m).abs() < 1e-9);
     }
 
     #[test]
