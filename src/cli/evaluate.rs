@@ -1,7 +1,7 @@
 //! `overfly evaluate`: registration scored against truth.
 
 use super::number::positive;
-use super::{Exit, Failure, Output, default_threads};
+use super::{Exit, Failure, Output, default_threads, negatives};
 use anyhow::Context;
 use overfly::locate::Answer;
 use overfly::locate::candidates::default_layer;
@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 pub enum Evaluate {
     /// Absolute registration: every frame of a flight on its own, from a displaced prior.
     Fixes(Box<Fixes>),
+    /// Absolute registration where every fix is false: how often it is falsely sure.
+    Negatives(Box<negatives::Args>),
     /// Relative registration on pairs of known motion.
     Motions(Motions),
 }
@@ -97,12 +99,13 @@ pub struct Motions {
 pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
     match args {
         Evaluate::Fixes(args) => fixes(args, output),
+        Evaluate::Negatives(args) => negatives::run(args, output),
         Evaluate::Motions(args) => motions(args, output),
     }
 }
 
 /// Makes the folder of the results before anything is computed for it.
-fn make_folder(folder: &Path) -> Result<(), Failure> {
+pub fn make_folder(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))
         .map_err(|e| Failure::failed("unwritable", e))
@@ -181,7 +184,8 @@ pub fn fix_text(score: &FixScore) -> String {
     };
     format!(
         "frames     {} ({} fixes, {} no fix)\nright      {} (within {:.2} m)\nfalse      {}\nerror      {} m\n\
-         ellipse    {} of the fixes have the truth in their own 95 % ellipse\n\
+         ellipse    {} of the fixes have the truth in their own 95 % ellipse (half axis {} m)\n\
+         NEES       {}\n\
          elapsed    {} ms per frame on {} threads (decoding {})\ntiles      {} searched",
         score.frames,
         score.fixes,
@@ -190,7 +194,12 @@ pub fn fix_text(score: &FixScore) -> String {
         score.right_m,
         score.wrong,
         spread(&score.error_m, 2),
-        score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.0} %", 100.0 * c)),
+        score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.1} %", 100.0 * c)),
+        spread(&score.semi_major_95_m, 2),
+        score.nees.map_or("none".into(), |n| {
+            let [low, high] = n.band95;
+            format!("mean {:.2} (true covariances: {low:.2} to {high:.2}), trimmed {:.2}", n.mean, n.trimmed_mean)
+        }),
         spread(&score.elapsed_ms, 0),
         score.threads,
         spread(&score.decode_ms, 1),

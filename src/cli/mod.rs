@@ -11,6 +11,7 @@ mod evaluate;
 mod fix;
 mod info;
 mod motion;
+mod negatives;
 mod number;
 mod serve;
 mod verify;

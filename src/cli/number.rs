@@ -27,6 +27,11 @@ pub fn tilt_deg(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v.abs() < 90.0 { Ok(v) } else { Err("must lie in (-90, 90)".into()) })
 }
 
+/// A share in [0, 1].
+pub fn share(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must lie in [0, 1]".into()) })
+}
+
 /// Any finite number.
 pub fn any(text: &str) -> Result<f64, String> {
     finite(text)

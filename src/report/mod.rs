@@ -1,11 +1,13 @@
 //! The HTML report of a flight: one self-contained page from plain results. Reads and writes no file.
 
+mod calibration;
 mod gallery;
 mod map;
 mod mosaic;
 mod page;
 mod plot;
 
+pub use calibration::calibration_svg;
 pub use mosaic::Mosaic;
 
 use crate::pixels::Colour;

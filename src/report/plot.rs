@@ -6,15 +6,16 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 /// Becomes `currentColor`, so that the plot reads on light and on dark.
-const INK: RGBColor = RGBColor(1, 2, 3);
+pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
 const RIGHT: RGBColor = RGBColor(22, 150, 136);
 const FALSE: RGBColor = RGBColor(220, 60, 50);
 const BOUND: RGBColor = RGBColor(214, 140, 30);
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-fn svg(size: (u32, u32), draw: impl FnOnce(&Area) -> Drawn) -> String {
+/// A plot of this size, drawn into text.
+pub(super) fn svg(size: (u32, u32), draw: impl FnOnce(&Area) -> Drawn) -> String {
     let mut text = String::new();
     let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
     draw(&area).and_then(|()| area.present()).expect("drawing into memory does not fail");
@@ -110,7 +111,8 @@ fn span(report: &Report) -> std::ops::Range<f64> {
     first - air..last + air
 }
 
-fn mesh<'a>(
+/// Axes with their names, and lines at the labelled values.
+pub(super) fn mesh<'a>(
     chart: &mut ChartContext<
         SVGBackend<'a>,
         Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,

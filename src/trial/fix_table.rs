@@ -2,7 +2,6 @@
 
 use super::{FixOutcome, TrialError};
 use crate::locate::Answer;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const HEADER: &str = "image,status,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,covariance_nn_m2,elapsed_ms,reason";
@@ -12,14 +11,15 @@ const HEADER: &str = "image,status,latitude_deg,longitude_deg,heading_deg,covari
 /// # Errors
 /// Where the folder or file cannot be written.
 pub fn write_fixes(folder: &Path, outcomes: &[FixOutcome]) -> Result<PathBuf, TrialError> {
-    let path = folder.join("fixes.csv");
-    let write = || -> std::io::Result<()> {
-        std::fs::create_dir_all(folder)?;
-        let mut file = std::io::BufWriter::new(std::fs::File::create(&path)?);
-        file.write_all(to_csv(outcomes).as_bytes())?;
-        file.flush()
-    };
-    write().map_err(|cause| TrialError::Unwritable { path: path.clone(), cause })?;
+    write_table(folder, "fixes.csv", &to_csv(outcomes))
+}
+
+/// Writes a table into a folder, made where absent, and returns its path.
+pub(super) fn write_table(folder: &Path, name: &str, text: &str) -> Result<PathBuf, TrialError> {
+    let path = folder.join(name);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, text))
+        .map_err(|cause| TrialError::Unwritable { path: path.clone(), cause })?;
     Ok(path)
 }
 
@@ -45,7 +45,8 @@ fn to_csv(outcomes: &[FixOutcome]) -> String {
     text
 }
 
-fn quoted(text: &str) -> String {
+/// A cell's text, in quotes where it must be.
+pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 

@@ -10,16 +10,21 @@ mod fix_table;
 mod fixes;
 mod flight;
 mod motions;
+mod negatives;
 mod pairs;
 mod spread;
 mod table;
 
 pub use camera_file::read_camera;
 pub use error::TrialError;
-pub use fix_score::FixScore;
+pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial};
 pub use flight::{Flight, Frame};
 pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions, write_motions};
+pub use negatives::{
+    CalibrationStep, Kind, KindScore, NegativeOutcome, NegativeScore, NegativeSearch, NegativeTrial, RegionScore,
+    write_negatives,
+};
 pub use pairs::{Pair, Pairs};
 pub use spread::Spread;

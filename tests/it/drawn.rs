@@ -1,6 +1,11 @@
-//! Small orthophotos drawn for tests: PNG with world file, EPSG:32633, 1 m pixels.
+//! What tests are made of: a store of the project's drawn tiles, and small orthophotos drawn for tests (PNG with world
+//! file, EPSG:32633, 1 m pixels).
 
+use overfly::build::{self, Request};
+use overfly::store::Reader;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// EPSG code of every drawn source.
 pub const CRS: u32 = 32633;
@@ -36,4 +41,35 @@ fn noise(x: u32, y: u32, grid: u32, seed: u32) -> f32 {
     let top = at(gx, gy) * (1.0 - fx) + at(gx + 1, gy) * fx;
     let bottom = at(gx, gy + 1) * (1.0 - fx) + at(gx + 1, gy + 1) * fx;
     top * (1.0 - fy) + bottom * fy
+}
+
+/// A path of the repository.
+pub fn project(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// A store of one source, its layer `ortho`.
+pub fn built(folder: &Path, source: &Path) -> Reader {
+    let db = folder.join("store.gpkg");
+    let request = Request {
+        db: db.clone(),
+        layer: "ortho".into(),
+        sources: vec![source.into()],
+        threads: 2,
+        ..Request::default()
+    };
+    build::run(&request, &mut |_| ControlFlow::Continue(())).unwrap();
+    Reader::open(&db).unwrap()
+}
+
+/// The drawn first epoch, built once for all tests.
+pub fn drawn_store() -> &'static Reader {
+    static STORE: OnceLock<(tempfile::TempDir, Reader)> = OnceLock::new();
+    &STORE
+        .get_or_init(|| {
+            let folder = tempfile::tempdir().unwrap();
+            let reader = built(folder.path(), &project("tiles/epoch_1"));
+            (folder, reader)
+        })
+        .1
 }

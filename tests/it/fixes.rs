@@ -1,6 +1,6 @@
 //! A fix is right or is none: on the project's own drawn tiles always, on real imagery where it is present.
 
-use overfly::build::{self, Request};
+use crate::drawn::{built, drawn_store as drawn, project};
 use overfly::camera::View;
 use overfly::geodesy::Geodetic;
 use overfly::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
@@ -8,38 +8,7 @@ use overfly::pixels::Gray;
 use overfly::raster::read_frame;
 use overfly::store::Reader;
 use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-
-fn project(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-fn built(folder: &Path, source: &Path) -> Reader {
-    let db = folder.join("store.gpkg");
-    let request = Request {
-        db: db.clone(),
-        layer: "ortho".into(),
-        sources: vec![source.into()],
-        threads: 2,
-        ..Request::default()
-    };
-    build::run(&request, &mut |_| ControlFlow::Continue(())).unwrap();
-    Reader::open(&db).unwrap()
-}
-
-/// The drawn first epoch, built once for all tests here.
-fn drawn() -> &'static Reader {
-    static STORE: OnceLock<(tempfile::TempDir, Reader)> = OnceLock::new();
-    &STORE
-        .get_or_init(|| {
-            let folder = tempfile::tempdir().unwrap();
-            let reader = built(folder.path(), &project("tiles/epoch_1"));
-            (folder, reader)
-        })
-        .1
-}
 
 fn trial() -> FixTrial {
     FixTrial {

@@ -11,6 +11,7 @@ mod hostile_orthophotos;
 mod http;
 mod kill;
 mod layers;
+mod negatives;
 mod onboard;
 mod orthophotos;
 mod reference;

@@ -1,0 +1,62 @@
+//! Searches in which every fix would be false: none is accepted, and the trials hang on their seed alone.
+
+use crate::drawn::{drawn_store, project};
+use overfly::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial};
+
+fn trial(threads: usize) -> NegativeTrial {
+    NegativeTrial {
+        layer: "ortho".into(),
+        trials: 48,
+        seed: 3,
+        prior_error_m: 300.0,
+        regions: vec![1.0, 4.0],
+        kinds: Kind::ALL.to_vec(),
+        unknown_heading_share: 0.1,
+        heading_sigma_deg: 3.0,
+        height_sigma_ratio: 0.03,
+        threads,
+    }
+}
+
+fn run(threads: usize) -> Vec<NegativeOutcome> {
+    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    trial(threads).run(drawn_store(), &flight, None, |_| {}).unwrap()
+}
+
+/// Everything but the time it took.
+fn told(outcomes: &[NegativeOutcome]) -> Vec<String> {
+    let line = |o: &NegativeOutcome| {
+        let place = o.search.as_ref().map(|s| (s.prior, s.searched_ratio));
+        format!("{} {:?} {} {} {place:?} {:?}", o.number, o.kind, o.region, o.image, o.log10_false_alarms())
+    };
+    outcomes.iter().map(line).collect()
+}
+
+#[test]
+fn negatives_are_not_accepted_whatever_the_number_of_threads() {
+    let outcomes = run(2);
+    let score = NegativeScore::of(&outcomes, 2);
+    assert_eq!((score.trials + score.skipped, score.accepted), (48, 0), "{score:?}");
+    assert!(score.trials >= 45 && score.by_kind.len() == 16, "{score:?}");
+    assert!(score.false_rate_upper95 < 0.07);
+    // Some state evidence, or nothing was looked at.
+    assert!(outcomes.iter().filter(|o| o.log10_false_alarms().is_some()).count() > 10, "{:?}", told(&outcomes));
+    assert_eq!(told(&run(1)), told(&outcomes));
+}
+
+#[test]
+fn elsewhere_is_searched_where_the_frame_is_not() {
+    let kinds = vec![Kind::Elsewhere];
+    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let trial = NegativeTrial { trials: 8, kinds, regions: vec![1.0, 100.0], ..trial(2) };
+    let outcomes = trial.run(drawn_store(), &flight, None, |_| {}).unwrap();
+    for o in &outcomes {
+        // No square of 6 km finds room away from a frame on a map of 2.5 km.
+        assert_eq!(o.search.is_some(), o.region == 1.0);
+        let Some(search) = &o.search else { continue };
+        let truth = flight.frames.iter().find(|f| f.image == o.image).unwrap().true_position.unwrap();
+        let off = overfly::geodesy::LocalFrame::at(truth).enu_from_geodetic(search.prior);
+        assert!(off.east_m.abs().max(off.north_m.abs()) > 300.0 + 200.0, "{off:?}");
+        assert!(search.searched_ratio > 0.2 && search.searched_ratio < 1.1, "{}", search.searched_ratio);
+    }
+}
