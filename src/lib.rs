@@ -6,6 +6,7 @@
 pub mod build;
 pub mod camera;
 pub mod coupling;
+pub mod explain;
 pub mod feature;
 pub mod geodesy;
 pub mod locate;

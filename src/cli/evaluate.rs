@@ -1,7 +1,7 @@
 //! `overfly evaluate`: registration scored against truth.
 
 use super::number::positive;
-use super::{Exit, Failure, Output, default_threads, negatives};
+use super::{Exit, Failure, Output, cost, default_threads, negatives};
 use anyhow::Context;
 use overfly::locate::Answer;
 use overfly::locate::candidates::default_layer;
@@ -20,6 +20,8 @@ pub enum Evaluate {
     Fixes(Box<Fixes>),
     /// Absolute registration where every fix is false: how often it is falsely sure.
     Negatives(Box<negatives::Args>),
+    /// How the time of a search grows with the tiles it searches.
+    Cost(cost::Args),
     /// Relative registration on pairs of known motion.
     Motions(Motions),
 }
@@ -100,6 +102,7 @@ pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
     match args {
         Evaluate::Fixes(args) => fixes(args, output),
         Evaluate::Negatives(args) => negatives::run(args, output),
+        Evaluate::Cost(args) => cost::run(args, output),
         Evaluate::Motions(args) => motions(args, output),
     }
 }

@@ -1,12 +1,14 @@
 //! `overfly fix`: one absolute registration.
 
+use super::evaluate::make_folder;
 use super::number::{any, latitude_deg, positive, turn_deg};
 use super::viewpoint::Viewpoint;
 use super::{Exit, Failure, Output, default_threads};
+use overfly::explain::Explanation;
 use overfly::geodesy::Geodetic;
 use overfly::locate::candidates::default_layer;
 use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly::raster::read_frame;
+use overfly::raster::{read_colour_frame, read_frame};
 use overfly::store::Reader;
 use std::path::PathBuf;
 
@@ -19,6 +21,8 @@ Examples:
   overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25
   overfly fix --db map.gpkg --image frame.jpg --latitude-deg 48.4915 --longitude-deg 15.616 --sigma-m 200 \\
       --heading-deg 271.6 --height-m 500 --camera camera.toml --pitch-deg 1.2 --roll-deg 0 --json
+
+With --pictures DIR the registration is drawn step by step; open DIR/index.html.
 
 camera.toml: width_px, height_px, focal_length_px, principal_point_px = [x, y], distortion = [k1, k2, p1, p2, k3] (the
 OpenCV model; pixels are counted from the image's upper left corner).";
@@ -59,6 +63,10 @@ pub struct Args {
     /// When the image was taken, seconds of any clock; echoed.
     #[arg(long, value_name = "S", value_parser = any)]
     time_s: Option<f64>,
+    /// Write pictures of this registration here, and index.html that shows them: what was seen, what of it was compared,
+    /// where it stood out, which windows agreed.
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// Threads to search with.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: std::num::NonZeroUsize,
@@ -88,6 +96,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         time_s: args.time_s,
     };
     let answer = locate(&store, &frame, &request, args.threads.get())?;
+    if let Some(folder) = &args.pictures {
+        make_folder(folder)?;
+        let colour = read_colour_frame(&args.image)?;
+        for (name, bytes) in Explanation::of(&store, &colour, &request, &answer)?.pages() {
+            output.write(&folder.join(name), &bytes)?;
+        }
+    }
     output.say(&answer, || text(&answer));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }

@@ -6,6 +6,7 @@ mod output;
 mod build;
 mod candidates;
 mod completions;
+mod cost;
 mod demo;
 mod evaluate;
 mod fix;
@@ -64,7 +65,7 @@ enum Command {
     /// List the tiles to search for a position and its uncertainty.
     Candidates(candidates::Args),
     /// Locate one image (absolute registration).
-    Fix(fix::Args),
+    Fix(Box<fix::Args>),
     /// Register one image against another (relative registration).
     Motion(motion::Args),
     /// Score registration against truth.

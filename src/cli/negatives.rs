@@ -122,10 +122,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let score = NegativeScore::of(&outcomes, args.threads.get());
     if let Some(folder) = &args.out {
         output.note(&format!("wrote {}", write_negatives(folder, &outcomes)?.display()));
-        let plot = folder.join("calibration.svg");
-        std::fs::write(&plot, calibration_svg(&score))
-            .map_err(|e| Failure::failed("unwritable", anyhow::anyhow!("cannot write {}: {e}", plot.display())))?;
-        output.note(&format!("wrote {}", plot.display()));
+        output.write(&folder.join("calibration.svg"), calibration_svg(&score).as_bytes())?;
     }
     if output.is_json() {
         outcomes.iter().filter_map(accepted_line).for_each(|line| output.say(&line, String::new));

@@ -4,6 +4,7 @@ use super::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 
 /// The two streams and how the user wants them.
 pub struct Output {
@@ -27,6 +28,14 @@ impl Output {
         let line = if self.json { serde_json::to_string(value).expect("results serialise") } else { text() };
         // A closed pipe is the reader's choice, not a failure.
         let _ = writeln!(std::io::stdout(), "{line}");
+    }
+
+    /// Writes a file and says so on standard error.
+    pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+        std::fs::write(path, bytes)
+            .map_err(|e| Failure::failed("unwritable", anyhow::anyhow!("cannot write {}: {e}", path.display())))?;
+        self.note(&format!("wrote {}", path.display()));
+        Ok(())
     }
 
     /// A note on standard error.

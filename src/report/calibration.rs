@@ -26,7 +26,7 @@ pub fn calibration_svg(score: &NegativeScore) -> String {
         let diagonal = [(deepest - 0.3, deepest - 0.3), (-0.7, -0.7)].map(|(x, y): (f64, f64)| (x, y.max(deepest)));
         chart
             .draw_series(LineSeries::new(diagonal, INK.stroke_width(2)))?
-            .label("what may come at most")
+            .label("at most this may come; bars: 95 % bounds")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)));
         for (i, region) in score.by_region.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];

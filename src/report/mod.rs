@@ -1,6 +1,7 @@
 //! The HTML report of a flight: one self-contained page from plain results. Reads and writes no file.
 
 mod calibration;
+mod cost;
 mod gallery;
 mod map;
 mod mosaic;
@@ -8,6 +9,7 @@ mod page;
 mod plot;
 
 pub use calibration::calibration_svg;
+pub use cost::cost_svg;
 pub use mosaic::Mosaic;
 
 use crate::pixels::Colour;

@@ -4,6 +4,7 @@
 //! into the score and into the displaced prior, nowhere else.
 
 mod camera_file;
+mod cost;
 mod error;
 mod fix_score;
 mod fix_table;
@@ -16,6 +17,7 @@ mod spread;
 mod table;
 
 pub use camera_file::read_camera;
+pub use cost::{Cost, CostStep, CostTrial, write_cost};
 pub use error::TrialError;
 pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;

@@ -51,6 +51,19 @@ fn drawn_frames_of_another_year_are_located_and_none_wrongly() {
 }
 
 #[test]
+fn stated_covariances_are_those_of_the_errors() {
+    const COVERAGE: std::ops::RangeInclusive<f64> = 0.70..=1.0;
+    const NEES: std::ops::RangeInclusive<f64> = 0.2..=6.0;
+    const SEMI_MAJOR_95_M: f64 = 4.0;
+    let (score, outcomes) = score(&trial(), drawn(), &project("tiles/flight"), 5.0);
+    let nees = score.nees.unwrap();
+    assert!(COVERAGE.contains(&score.ellipse95_coverage.unwrap()), "{score:?}");
+    assert!(NEES.contains(&nees.mean) && NEES.contains(&nees.trimmed_mean), "{score:?}");
+    assert!(score.semi_major_95_m.unwrap().median <= SEMI_MAJOR_95_M, "{score:?}");
+    assert!(outcomes.iter().filter_map(FixOutcome::nees).all(f64::is_finite));
+}
+
+#[test]
 fn the_number_of_threads_does_not_change_the_answer() {
     let (frame, request) = drawn_frame(3);
     let answers = [1, 2, 5].map(|threads| match locate(drawn(), &frame, &request, threads).unwrap() {

@@ -19,6 +19,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("store", &["geodesy", "pixels", "tile", "feature"]),
     ("build", &["geodesy", "pixels", "tile", "raster", "feature", "store"]),
     ("locate", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "coupling", "region", "store"]),
+    ("explain", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "store", "locate"]),
     ("trial", &["geodesy", "pixels", "tile", "raster", "camera", "registration", "store", "locate"]),
     ("report", &["geodesy", "pixels", "tile", "camera", "locate", "trial"]),
     (

@@ -40,6 +40,17 @@ impl MappedGround {
         Ok(Self { zoom: layer.min_zoom, cells })
     }
 
+    /// The cell nearest to the middle of all; `None` of a layer without imagery.
+    pub fn middle(&self) -> Option<Geodetic> {
+        let n = self.cells.len().max(1) as f64;
+        let mean = |of: fn(&(i64, i64, f64)) -> i64| self.cells.iter().map(|c| of(c) as f64).sum::<f64>() / n;
+        let (x, y) = (mean(|c| c.0), mean(|c| c.1));
+        let far = |c: &(i64, i64, f64)| (c.0 as f64 - x).hypot(c.1 as f64 - y);
+        let &(x, y, _) = self.cells.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let at = WorldPixel { x_px: (x as f64 + 0.5) * CELL_PX as f64, y_px: (y as f64 + 0.5) * CELL_PX as f64 };
+        at.to_geodetic(self.zoom).ok()
+    }
+
     /// Up to `half_width_m` per axis from a place of the layer, over imagery: the square around it holds the place.
     pub fn displaced(&self, place: Geodetic, half_width_m: f64, rng: &mut ChaCha8Rng) -> Geodetic {
         let frame = LocalFrame::at(place);

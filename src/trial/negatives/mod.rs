@@ -12,6 +12,7 @@ mod kind;
 mod score;
 mod table;
 
+pub(super) use ground::MappedGround;
 pub use kind::Kind;
 pub use score::{CalibrationStep, KindScore, NegativeScore, RegionScore};
 pub use table::write_negatives;
