@@ -2,7 +2,7 @@
 
 use super::composite::TileFailure;
 use crate::pixels::{Colour, Mask, MaskedColour};
-use crate::store::{Child, EncodedTile, StoreError, TileContent, content_hash, decode, encode};
+use crate::store::{Child, EncodedTile, StoreError, TileContent, cells_blob, content_hash, decode, encode};
 use crate::tile::{TILE_SIZE_PX, TileId};
 
 /// Valid pixels of four that make a valid one: half.
@@ -26,10 +26,12 @@ pub fn shrink(tile: TileId, children: &[Option<Child>; 4]) -> Result<Option<Tile
     }
     let below = || children.iter().flatten();
     let (media_type, bytes) = encode(tile, &pixels).map_err(TileFailure::Store)?;
-    let image = EncodedTile { media_type, content_hash: content_hash(media_type, &bytes, &[]), bytes };
+    let cells = cells_blob(&pixels);
+    let image = EncodedTile { media_type, content_hash: content_hash(media_type, &bytes, &[], Some(&cells)), bytes };
     Ok(Some(TileContent {
         image,
         descriptors: None,
+        cells,
         sources: union(below().map(|c| c.sources.as_str())),
         acquired: below().filter_map(|c| c.acquired.clone()).max(),
         valid_fraction: pixels.mask.valid_fraction(),

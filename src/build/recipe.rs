@@ -6,8 +6,8 @@ use blake3::Hasher;
 
 /// Most keypoints described in a tile.
 pub const KEYPOINTS_PER_TILE: usize = 500;
-/// Changes with anything that changes a tile's pixels and is not hashed otherwise (warping, compositing, encoding).
-const VERSION: u32 = 1;
+/// Changes with anything that changes a tile's pixels and is not hashed otherwise (warping, compositing, encoding, cells).
+const VERSION: u32 = 2;
 
 /// The hash of what decides a base tile: the sources that meet it, in covering order.
 pub fn base_inputs<'a>(sources: impl Iterator<Item = &'a Source>) -> [u8; 32] {

@@ -1,7 +1,11 @@
-//! What is described of an image, and how two descriptions are matched: keypoints with binary descriptors, and
-//! structure.
+//! What is described of an image, and how two descriptions are matched: keypoints with binary descriptors, structure,
+//! and cells of structure.
 
+mod cell_map;
+mod cells;
 pub mod keypoint;
 mod structure;
 
+pub use cell_map::{CellMap, cell_energy};
+pub use cells::{CELL_PX, CELLS, CELLS_BLOB_LEN, LEAST_VALID, MISSING, cells_of};
 pub use structure::{BORDER_PX, CHANNEL_ONE, ENERGY_ONE, Structure};

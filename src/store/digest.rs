@@ -10,10 +10,12 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// The hash of a tile's content: its image as encoded (which holds its mask) and its descriptors.
-pub fn content_hash(media_type: &str, image: &[u8], descriptors: &[u8]) -> [u8; 32] {
-    let mut hasher = Hasher::new_derive_key("overfly tile content 1");
-    for part in [media_type.as_bytes(), image, descriptors] {
+/// The hash of a tile's content: its image as encoded (which holds its mask), its descriptors and its cells. A tile built
+/// before there were cells has none, and the hash it had then.
+pub fn content_hash(media_type: &str, image: &[u8], descriptors: &[u8], cells: Option<&[u8]>) -> [u8; 32] {
+    let context = if cells.is_some() { "overfly tile content 2" } else { "overfly tile content 1" };
+    let mut hasher = Hasher::new_derive_key(context);
+    for part in [Some(media_type.as_bytes()), Some(image), Some(descriptors), cells].into_iter().flatten() {
         text(&mut hasher, part);
     }
     hasher.finalize().into()

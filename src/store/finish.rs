@@ -61,6 +61,10 @@ fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
              SELECT f.fid, s.descriptors FROM overfly_staged s
              JOIN footprints f USING (layer, zoom, tile_row, tile_column)
              WHERE s.layer = ?1 AND s.zoom = ?2 AND s.tile_row = ?3 AND s.tile_column = ?4 AND s.descriptors NOT NULL",
+            "INSERT INTO overfly_cells (footprint, cells)
+             SELECT f.fid, s.cells FROM overfly_staged s
+             JOIN footprints f USING (layer, zoom, tile_row, tile_column)
+             WHERE s.layer = ?1 AND s.zoom = ?2 AND s.tile_row = ?3 AND s.tile_column = ?4 AND s.cells NOT NULL",
             "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
              SELECT layer, zoom, tile_row, tile_column, inputs_hash FROM overfly_staged
              WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
@@ -77,11 +81,13 @@ fn tiles_with_inputs(connection: &Connection, layer: &str) -> rusqlite::Result<V
     statement.query_map([layer], |row| footprint::tile_at(row, 0))?.collect()
 }
 
-/// Takes a tile's imagery, footprint and descriptors away; the R-tree follows by its trigger.
+/// Takes a tile's imagery, footprint, descriptors and cells away; the R-tree follows by its trigger.
 pub(super) fn clear_tile(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<()> {
     let key = params![layer, tile.zoom(), tile.row(), tile.column()];
     for sql in [
         "DELETE FROM overfly_descriptors WHERE footprint = (SELECT fid FROM footprints
+             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
+        "DELETE FROM overfly_cells WHERE footprint = (SELECT fid FROM footprints
              WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
         "DELETE FROM footprints WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
         &format!(
@@ -104,10 +110,10 @@ pub(super) fn clear_pending(connection: &Connection, layer: &str) -> rusqlite::R
 /// Takes a whole layer away.
 pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     clear_pending(connection, layer)?;
-    connection.execute(
-        "DELETE FROM overfly_descriptors WHERE footprint IN (SELECT fid FROM footprints WHERE layer = ?1)",
-        [layer],
-    )?;
+    for described in ["overfly_descriptors", "overfly_cells"] {
+        let of_layer = "footprint IN (SELECT fid FROM footprints WHERE layer = ?1)";
+        connection.execute(&format!("DELETE FROM {described} WHERE {of_layer}"), [layer])?;
+    }
     for table in ["footprints", "overfly_tile_inputs", "overfly_sources"] {
         connection.execute(&format!("DELETE FROM {table} WHERE layer = ?1"), [layer])?;
     }

@@ -2,7 +2,9 @@
 //!
 //! What stands in which table and blob: `migrations/README.md`. All SQL of the program stands there and here.
 
+mod cells;
 mod connection;
+mod content;
 mod digest;
 mod draft;
 mod error;
@@ -22,6 +24,7 @@ mod verify;
 mod writer;
 
 pub use connection::{APPLICATION_ID, USER_VERSION, settle};
+pub use content::{Child, TileContent, cells_blob};
 pub use digest::{content_hash, hash_source, hex};
 pub use draft::Draft;
 pub use error::StoreError;
@@ -32,7 +35,7 @@ pub use migration::FORMAT_VERSION;
 pub use reader::Reader;
 pub use source::Source;
 pub use verify::{BadTile, Verification, verify};
-pub use writer::{BuiltTile, Child, Declaration, TileContent, Writer, remove_layer};
+pub use writer::{BuiltTile, Declaration, Writer, remove_layer};
 
 use crate::feature::keypoint::CONTRACT;
 use rusqlite::Connection;

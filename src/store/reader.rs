@@ -1,5 +1,6 @@
 //! `Reader`: a store opened for reading. No method writes.
 
+use super::cells::{self, CellCache};
 use super::connection::{self, Access};
 use super::footprint::{self, Footprint};
 use super::ground::Ground;
@@ -8,12 +9,13 @@ use super::layer::{self, Layer};
 use super::source::{self, Declared, Source};
 use super::stamp::Stamp;
 use super::{FORMAT_VERSION, StoreError, digest, require_contract};
+use crate::feature::CellMap;
 use crate::geodesy::WORLD_M;
 use crate::pixels::MaskedColour;
 use crate::tile::{MercatorBounds, TileId};
 use rusqlite::{Connection, OptionalExtension, Params};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// Connections kept open when idle; more are opened as needed.
 const IDLE_CONNECTIONS: usize = 16;
@@ -34,6 +36,7 @@ pub struct Reader {
     stamp: Mutex<Stamp>,
     /// What was worked out of tiles.
     pub(super) ground: Ground,
+    cells: CellCache,
 }
 
 impl Reader {
@@ -68,7 +71,18 @@ impl Reader {
         let digest = stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
         let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
-        Ok(Self { path: path.into(), access, idle, layers, contract, digest, bytes, stamp, ground: Ground::new() })
+        Ok(Self {
+            path: path.into(),
+            access,
+            idle,
+            layers,
+            contract,
+            digest,
+            bytes,
+            stamp,
+            ground: Ground::new(),
+            cells: CellCache::default(),
+        })
     }
 
     /// Checks that the file still is what was opened: layers and digest are read once. A store that is only being added
@@ -252,6 +266,26 @@ impl Reader {
             .query_row(key, |row| row.get(0))
             .optional()
         })
+    }
+
+    /// The cells of one level, merged `pitch` by `pitch` (1, 2 or 3); without blocks where the layer has none of that
+    /// level or was built before there were cells. Kept, so that the next frame finds them in memory, within a bound:
+    /// the longest unused go first.
+    ///
+    /// # Errors
+    /// Where the layer is unfinished or the store damaged.
+    pub fn cells(&self, layer: &Layer, zoom: u8, pitch: usize) -> Result<Arc<CellMap>, StoreError> {
+        self.require_complete(layer)?;
+        let key = (layer.name.clone(), zoom, pitch);
+        if let Some(kept) = self.cells.get(&key) {
+            return Ok(kept);
+        }
+        let map = if pitch == 1 {
+            CellMap::of_tiles(self.with(|c| cells::load(c, &layer.name, zoom))?)
+        } else {
+            self.cells(layer, zoom, 1)?.merged(pitch)
+        };
+        Ok(self.cells.keep(key, map))
     }
 
     fn require_complete(&self, layer: &Layer) -> Result<(), StoreError> {

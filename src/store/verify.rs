@@ -81,7 +81,7 @@ impl Report {
         }
     }
 
-    /// Compares every tile's imagery and descriptors with its footprint.
+    /// Compares every tile's imagery, descriptors and cells with its footprint.
     fn tiles(&mut self, connection: &Connection, layer: &Layer, progress: &dyn Fn(u64)) -> rusqlite::Result<()> {
         let sql = format!(
             "SELECT {}, f.fid, f.geom FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
@@ -123,11 +123,15 @@ fn bad_tile(
         .prepare_cached("SELECT descriptors FROM overfly_descriptors WHERE footprint = ?1")?
         .query_row([fid], |row| row.get(0))
         .optional()?;
+    let cells: Option<Vec<u8>> = connection
+        .prepare_cached("SELECT cells FROM overfly_cells WHERE footprint = ?1")?
+        .query_row([fid], |row| row.get(0))
+        .optional()?;
     let Some(image) = image else { return Ok(Some("its imagery is missing".into())) };
     let Some(media_type) = imagery::media_type(&image) else { return Ok(Some("neither JPEG nor PNG".into())) };
-    let hash = digest::content_hash(media_type, &image, descriptors.as_deref().unwrap_or_default());
+    let hash = digest::content_hash(media_type, &image, descriptors.as_deref().unwrap_or_default(), cells.as_deref());
     if hash != footprint.content_hash {
-        return Ok(Some("imagery or descriptors do not have the hash that the footprint states".into()));
+        return Ok(Some("imagery, descriptors or cells do not have the hash that the footprint states".into()));
     }
     let bounds = tile.mercator_bounds();
     let exact = [bounds.min_x_m, bounds.max_x_m, bounds.min_y_m, bounds.max_y_m];

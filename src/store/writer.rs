@@ -3,13 +3,11 @@
 //! A layer that answers queries goes on answering with its old content until the transaction that finishes the build;
 //! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
 
+use super::content::{Child, TileContent};
 use super::geometry::polygon_blob;
-use super::imagery::{self, EncodedTile};
 use super::layer;
 use super::source::{self, Declared, Source};
 use super::{StoreError, connection, digest, finish, geopackage, require_contract};
-use crate::feature::keypoint::{self, Keypoints};
-use crate::pixels::MaskedColour;
 use crate::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::{Path, PathBuf};
@@ -38,68 +36,6 @@ pub struct BuiltTile {
     pub inputs_hash: [u8; 32],
     /// `None`: no pixel of it is valid.
     pub content: Option<TileContent>,
-}
-
-/// What a tile with pixels holds.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TileContent {
-    /// Its imagery, encoded.
-    pub image: EncodedTile,
-    /// Its keypoints, encoded; `None` for an overview.
-    pub descriptors: Option<Vec<u8>>,
-    /// Content hashes of the sources seen in it, hexadecimal, newest first, separated by spaces.
-    pub sources: String,
-    /// Newest acquisition date seen in it.
-    pub acquired: Option<String>,
-    /// Share of valid pixels.
-    pub valid_fraction: f64,
-    /// The largest horizontal error of the sources seen in it, metres.
-    pub horizontal_error_m: f64,
-    /// Keypoints described.
-    pub keypoints: u32,
-    /// See `feature::keypoint::distinctiveness`.
-    pub distinctiveness: f64,
-}
-
-impl TileContent {
-    /// Encodes a tile and hashes its content; `seen` are the sources seen in it, in covering order.
-    ///
-    /// # Errors
-    /// Where the encoder refuses.
-    pub fn encode(
-        tile: TileId,
-        pixels: &MaskedColour,
-        seen: &[&Source],
-        keypoints: Option<&Keypoints>,
-    ) -> Result<Self, StoreError> {
-        let (media_type, bytes) = imagery::encode(tile, pixels)?;
-        let descriptors = keypoints.map(keypoint::to_blob);
-        let content_hash = digest::content_hash(media_type, &bytes, descriptors.as_deref().unwrap_or_default());
-        let hashes: Vec<_> = seen.iter().map(|s| digest::hex(&s.content_hash)).collect();
-        Ok(Self {
-            image: EncodedTile { media_type, bytes, content_hash },
-            descriptors,
-            sources: hashes.join(" "),
-            acquired: seen.iter().filter_map(|s| s.acquired.clone()).max(),
-            valid_fraction: pixels.mask.valid_fraction(),
-            horizontal_error_m: seen.iter().map(|s| s.horizontal_error_m).fold(0.0, f64::max),
-            keypoints: keypoints.map_or(0, |k| k.points.len() as u32),
-            distinctiveness: keypoints.map_or(0.0, keypoint::distinctiveness),
-        })
-    }
-}
-
-/// What an overview needs to know of a tile below it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Child {
-    /// Its imagery's bytes.
-    pub image: Vec<u8>,
-    /// As [`TileContent::sources`].
-    pub sources: String,
-    /// As [`TileContent::acquired`].
-    pub acquired: Option<String>,
-    /// As [`TileContent::horizontal_error_m`].
-    pub horizontal_error_m: f64,
 }
 
 /// A store opened for one build. One thread writes.
@@ -317,8 +253,8 @@ fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
         .prepare_cached(
             "INSERT OR REPLACE INTO overfly_staged
                  (layer, zoom, tile_row, tile_column, inputs_hash, tile_data, geom, content_hash, sources, acquired,
-                  valid_fraction, horizontal_error_m, keypoints, distinctiveness, descriptors)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
+                  valid_fraction, horizontal_error_m, keypoints, distinctiveness, descriptors, cells)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
         )?
         .execute(params![
             layer,
@@ -336,6 +272,7 @@ fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
             content.map(|c| c.keypoints),
             content.map(|c| c.distinctiveness),
             content.and_then(|c| c.descriptors.as_deref()),
+            content.map(|c| &c.cells),
         ])?;
     Ok(())
 }
@@ -382,10 +319,14 @@ fn place_content(connection: &Connection, layer: &str, tile: TileId, content: &T
             content.keypoints,
             content.distinctiveness,
         ])?;
+    let footprint = connection.last_insert_rowid();
     if let Some(descriptors) = &content.descriptors {
         connection
             .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
-            .execute(params![connection.last_insert_rowid(), descriptors])?;
+            .execute(params![footprint, descriptors])?;
     }
+    connection
+        .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
+        .execute(params![footprint, content.cells])?;
     Ok(())
 }
