@@ -82,6 +82,35 @@ impl SearchArea {
         Self { zoom, left, top, width_px, height_px, ellipse }
     }
 
+    /// A square around a pixel of a level, `half_px` to each side.
+    pub fn beside(zoom: u8, middle: WorldPixel, half_px: f64) -> Self {
+        let WorldPixel { x_px, y_px } = middle;
+        Self::between(zoom, [x_px - half_px, y_px - half_px], [x_px + half_px, y_px + half_px], None)
+    }
+
+    /// The level.
+    pub fn zoom(&self) -> u8 {
+        self.zoom
+    }
+
+    /// Whether a square of the area's level, given by its upper-left corner and edge, meets the area's rectangle, on this
+    /// round of the world or a neighbouring one.
+    pub fn meets(&self, corner_px: [f64; 2], edge_px: f64) -> bool {
+        let world_px = f64::from(TILE_SIZE_PX) * 2f64.powi(i32::from(self.zoom));
+        let beside = |at: f64, from: i64, extent: i64| at < (from + extent) as f64 && at + edge_px > from as f64;
+        beside(corner_px[1], self.top, self.height_px)
+            && [0.0, -world_px, world_px].iter().any(|w| beside(corner_px[0] + w, self.left, self.width_px))
+    }
+
+    /// Whether a pixel of the area's level lies in the area, on this round of the world or a neighbouring one.
+    pub fn contains(&self, pixel: WorldPixel) -> bool {
+        let world_px = i64::from(TILE_SIZE_PX) << self.zoom;
+        let (x, y) = (pixel.x_px.floor() as i64, pixel.y_px.floor() as i64);
+        let inside = |v: i64, from: i64, extent: i64| (from..from + extent).contains(&v);
+        inside(y, self.top, self.height_px)
+            && [0, -world_px, world_px].iter().any(|w| inside(x + w, self.left, self.width_px) && self.holds(x + w, y))
+    }
+
     /// The same area cut to the pixels within `reach_px` of a layer's bounds, where alone a frame can show its ground;
     /// `None` where nothing is left.
     pub fn near_layer(mut self, layer: &Layer, reach_px: f64) -> Option<Self> {

@@ -8,7 +8,9 @@ use super::levels::Levels;
 use super::map::Map;
 use super::pose::Frame;
 use super::request::{FixRequest, LocateError, PositionPrior};
+use super::steps::{Steps, Width};
 use super::verdict::{Candidate, Judge, Verdict};
+use super::wide::{CellLevel, WideSearch};
 use crate::camera::Camera;
 use crate::coupling::nominal_count_sequential;
 use crate::geodesy::{Enu, Geodetic, LocalFrame};
@@ -17,8 +19,6 @@ use crate::store::{Footprint, Layer, Reader};
 use crate::tile::{TileId, WorldPixel, gsd_at};
 use std::time::Instant;
 
-/// Bound on correlated pixels times hypotheses: some minutes on one core.
-const MOST_PLACES: f64 = 5e9;
 /// A frame whose shorter side has fewer pixels than this on the coarse level shows nothing to match.
 const LEAST_SIDE_PX: f64 = 12.0;
 /// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
@@ -118,27 +118,50 @@ impl Search<'_> {
         if self.tiles_searched == 0 {
             return Ok(self.no_fix(Reason::OutsideMap, "no tile of the layer meets the search region".into()));
         }
-        frame.prepare(levels.all().rev().map(|zoom| (zoom, gsd_at(near, zoom))));
-        self.search(frame, levels, &area, reach_px, threads)
+        let parts = hypotheses(self.request, reach_px);
+        let width = Width::of(&area, reach_px, parts.iter().map(Vec::len).sum());
+        let cell_level = width.is_wide().then(|| CellLevel::choose(self.layer, near, edge_m(frame.camera()))).flatten();
+        let mut zooms: Vec<u8> = levels.all().chain(cell_level.map(|level| level.zoom)).collect();
+        zooms.sort_unstable_by(|a, b| b.cmp(a));
+        zooms.dedup();
+        frame.prepare(zooms.into_iter().map(|zoom| (zoom, gsd_at(near, zoom))));
+        let wide = match cell_level {
+            Some(level) => WideSearch::new(self.store, self.layer, self.request, frame, level, near)?,
+            None => None,
+        };
+        let steps = match &wide {
+            Some(wide) => Steps::around(wide, &area, width.hypotheses, threads, self.wanted)?,
+            None => Steps::Everywhere(width.check(parts)?),
+        };
+        self.search(frame, levels, &area, &steps, threads)
     }
 
-    /// The likely headings and scales first; the rest only where these leave any doubt.
+    /// The likeliest headings, scales and places first; the rest only where these leave any doubt.
     fn search(
         &mut self,
         frame: &Frame<'_>,
         levels: Levels,
         area: &SearchArea,
-        reach_px: f64,
+        steps: &Steps<'_>,
         threads: usize,
     ) -> Result<Answer, LocateError> {
-        let parts = hypotheses(self.request, reach_px);
-        check_width(area, reach_px, parts.iter().map(Vec::len).sum())?;
         let map = Map::new(self.store, self.layer);
         let judge = Judge { map: &map, frame, request: self.request, finest: levels.finest, wanted: self.wanted };
         let mut coarse = CoarseResult::default();
         let mut verdict = None;
-        for part in parts.iter().filter(|p| !p.is_empty()) {
-            coarse = coarse.with(coarse_search::search(&map, frame, area, part, threads, self.wanted)?);
+        for step in 0..steps.len() {
+            if !(self.wanted)() {
+                return Err(LocateError::GivenUp);
+            }
+            coarse = match steps {
+                Steps::Everywhere(parts) => {
+                    coarse.with(coarse_search::search(&map, frame, area, &parts[step], threads, self.wanted)?)
+                }
+                Steps::Around { wide, parts, places } => {
+                    let found = wide.search_around(&map, frame, &parts[step], levels.coarse, threads)?;
+                    CoarseResult { places: *places, ..coarse.with(found) }
+                }
+            };
             let found = verdict.insert(judge.weigh(&coarse)?);
             if found.is_sure() {
                 break;
@@ -238,20 +261,18 @@ impl Search<'_> {
 
     /// Base tiles that meet the area or a frame within it.
     fn count_tiles(&self, area: &SearchArea, reach_px: f64) -> Result<usize, LocateError> {
+        if self.request.position == PositionPrior::WholeLayer {
+            return Ok(self.layer.base_tiles as usize);
+        }
         let bounds = area.mercator_bounds(reach_px);
         Ok(self.store.footprints_in(self.layer, self.layer.base_zoom, &bounds)?.len())
     }
 }
 
-/// Refuses what would take too long.
-fn check_width(area: &SearchArea, reach_px: f64, hypotheses: usize) -> Result<(), LocateError> {
-    // What one correlation covers: the places, and the view's reach around them.
-    let side = |px: usize| px as f64 + 2.0 * reach_px;
-    let pixels: f64 = area.blocks(coarse_search::BLOCK_PX).iter().map(|b| side(b.width_px) * side(b.height_px)).sum();
-    if pixels * hypotheses as f64 > MOST_PLACES {
-        return Err(LocateError::TooWide { pixels, hypotheses, limit: MOST_PLACES });
-    }
-    Ok(())
+/// Square root of the ground that a frame shows, metres.
+fn edge_m(camera: &Camera) -> f64 {
+    let (w, h) = camera.frame_size_px();
+    (f64::from(w) * f64::from(h)).sqrt() * camera.gsd_m_per_px()
 }
 
 /// Farthest a frame's corner lies from its nadir or from its middle, coarse pixels.

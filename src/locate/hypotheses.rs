@@ -5,17 +5,22 @@ use super::{FixRequest, HeadingPrior};
 use std::f64::consts::{PI, TAU};
 
 /// How many standard deviations of heading and scale are searched.
-const REACH_SIGMAS: f64 = 3.0;
+pub const REACH_SIGMAS: f64 = 3.0;
 /// A step may move the frame's edge by this many coarse pixels.
 const STEP_PX: f64 = 2.4;
 
 /// Of a known heading those within this many standard deviations are tried first.
 const LIKELY_SIGMAS: f64 = 1.5;
 
+/// The step of heading, radians, for a frame whose half diagonal has `half_diagonal_px` coarse pixels.
+pub fn step(half_diagonal_px: f64) -> f64 {
+    STEP_PX / half_diagonal_px.max(STEP_PX)
+}
+
 /// All combinations for a frame whose half diagonal has `half_diagonal_px` coarse pixels, in two parts: the likely ones
 /// (stated scale, headings near the stated one or, unknown, all) and the rest.
 pub fn hypotheses(request: &FixRequest, half_diagonal_px: f64) -> [Vec<Hypothesis>; 2] {
-    let step = STEP_PX / half_diagonal_px.max(STEP_PX);
+    let step = step(half_diagonal_px);
     let ratios = around(REACH_SIGMAS * request.scale_sigma_ratio, 1.5 * step);
     let (headings, likely) = match request.heading {
         Some(HeadingPrior { heading_rad, sigma_rad }) if REACH_SIGMAS * sigma_rad < PI => {
@@ -40,7 +45,7 @@ pub fn hypotheses(request: &FixRequest, half_diagonal_px: f64) -> [Vec<Hypothesi
 }
 
 /// Zero, then pairs outwards, at most `step` apart, so that nothing within `reach` is farther than half a step.
-fn around(reach: f64, step: f64) -> Vec<f64> {
+pub fn around(reach: f64, step: f64) -> Vec<f64> {
     let pairs = ((reach - step / 2.0) / step).ceil().max(0.0);
     let width = if pairs > 0.0 { (reach / (pairs + 0.5)).min(step) } else { 0.0 };
     let mut offsets = vec![0.0];

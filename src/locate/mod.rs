@@ -12,7 +12,9 @@ mod map;
 mod pose;
 mod refine;
 mod request;
+mod steps;
 mod verdict;
+mod wide;
 
 pub use answer::{Answer, Fix, NoFix, Point, Reason};
 pub use fix::{locate, locate_while};

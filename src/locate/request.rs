@@ -28,7 +28,7 @@ pub enum LocateError {
     GivenUp,
     /// The position left open is too wide for this frame.
     #[error(
-        "the search would compare {pixels:.2e} coarse pixels under {hypotheses} headings and scales; narrow the position, heading or height (at most {limit:.0e} together)"
+        "the search would compare {pixels:.2e} coarse pixels under {hypotheses} headings and scales; narrow the position, heading or height (at most {limit:.0e} together), or build the layer again if it was built before stores had cells"
     )]
     TooWide {
         /// Coarse pixels left open.

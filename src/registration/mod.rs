@@ -4,6 +4,8 @@
 //! finds where small windows of the view lie, [`similarity::fit`] the similarity that most of them agree on, and
 //! [`evidence`] how surely such agreement is no accident.
 
+mod cell_dots;
+mod cell_template;
 pub mod coarse;
 pub mod evidence;
 mod fourier;
@@ -11,4 +13,5 @@ mod products;
 pub mod relative;
 pub mod similarity;
 pub mod standing;
+pub mod wide;
 pub mod windows;

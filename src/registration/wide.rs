@@ -1,0 +1,334 @@
+//! Wide search: a frame's cells against the cells of a whole layer.
+//!
+//! [`scan`] compares every template with every place of a map of merged cells and keeps the best places; [`Closer`]
+//! weighs one of them on the unmerged cells around it. Scores are, as in [`super::coarse`], sums of products over the
+//! square root of a sum of energies; here over all of a place's cells, since its templates have zero mean.
+
+use super::cell_dots::{COLUMNS_STEP, ROWS_STEP, TemplateCell, cell_dots};
+pub use super::cell_template::{CellTemplate, CellView};
+use crate::feature::{CELLS, CellMap, cell_energy};
+use std::cmp::Ordering;
+
+/// Farthest cell of a template of [`scan`] from its middle.
+pub const SCAN_HALF: usize = 7;
+/// Around a place, the square whose energy stands for what lies under any template: a frame's edge has some eight cells.
+const ENERGY_HALF: usize = 3;
+/// A place with less than this share of the map's mean energy is compared as if it had that much.
+const LEAST_ENERGY_SHARE: f32 = 0.1;
+/// What an unknown cell and a value of 0 are in a window's byte.
+const ZERO: u8 = 128;
+
+/// A place found by [`scan`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Column and row of the cell under the template's middle.
+    pub cell: [i64; 2],
+    /// Which template.
+    pub template: usize,
+    /// How well it fits.
+    pub score: f32,
+}
+
+impl Place {
+    /// Best first; never undecided, so that neither threads nor order change what is kept.
+    fn order(&self, other: &Self) -> Ordering {
+        other.score.total_cmp(&self.score).then(self.cell.cmp(&other.cell)).then(self.template.cmp(&other.template))
+    }
+}
+
+/// What a scan found.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scan {
+    /// The best places, best first, each higher than its neighbours.
+    pub places: Vec<Place>,
+    /// Cells that a template's middle was laid on.
+    pub cells: usize,
+}
+
+/// Lays every template on every known cell of `blocks`; keeps the `most` best local maxima of those that `holds` (a
+/// cell under a template's middle) lets pass. Templates reach [`SCAN_HALF`] cells at most.
+pub fn scan(
+    map: &CellMap,
+    blocks: &[[i64; 2]],
+    templates: &[CellTemplate],
+    most: usize,
+    threads: usize,
+    holds: &(dyn Fn([i64; 2], usize) -> bool + Sync),
+) -> Scan {
+    let laid: Vec<Vec<TemplateCell>> = templates.iter().map(|t| t.laid_out(SCAN_WIDTH, SCAN_HALF)).collect();
+    let work = |blocks: &[[i64; 2]]| {
+        let mut found = Scan::default();
+        let mut block_scan = BlockScan::default();
+        for &block in blocks {
+            found.cells += block_scan.run(map, block, templates, &laid);
+            block_scan.maxima(block, |place| {
+                if holds(place.cell, place.template) {
+                    found.places.push(place);
+                }
+            });
+            if found.places.len() > 8 * most {
+                keep_best(&mut found.places, most);
+            }
+        }
+        found
+    };
+    let share = blocks.len().div_ceil(threads.max(1)).max(1);
+    let mut all = Scan::default();
+    std::thread::scope(|scope| {
+        let handles: Vec<_> = blocks.chunks(share).map(|chunk| scope.spawn(move || work(chunk))).collect();
+        for handle in handles {
+            let part = handle.join().expect("a scan does not panic");
+            all.cells += part.cells;
+            all.places.extend(part.places);
+        }
+    });
+    keep_best(&mut all.places, most);
+    all
+}
+
+fn keep_best(places: &mut Vec<Place>, most: usize) {
+    if places.len() > most && most > 0 {
+        places.select_nth_unstable_by(most - 1, Place::order);
+    }
+    places.truncate(most);
+    places.sort_by(Place::order);
+}
+
+/// Cells and energies of a window of a map, unknown ones neutral.
+struct Window {
+    width: usize,
+    cells: Vec<[u8; 4]>,
+    energy: Vec<u8>,
+    known: Vec<bool>,
+}
+
+impl Window {
+    fn of(map: &CellMap, corner: [i64; 2], width: usize, height: usize) -> Self {
+        let count = width * height;
+        let mut window =
+            Self { width, cells: vec![[ZERO; 4]; count], energy: vec![0; count], known: vec![false; count] };
+        map.for_each_in(corner[0], corner[1], width, height, |x, y, values| {
+            let i = y * width + x;
+            window.cells[i] = values.map(|v| (v as u8).wrapping_add(ZERO));
+            window.energy[i] = cell_energy(values);
+            window.known[i] = true;
+        });
+        window
+    }
+}
+
+/// Cells along a block's edge with a template's reach on both sides, and lanes that are loaded beyond.
+const SCAN_WIDTH: usize = CELLS + 2 * (SCAN_HALF + 1);
+
+/// The best template of every place of one block.
+#[derive(Default)]
+struct BlockScan {
+    scores: Vec<f32>,
+    templates: Vec<u32>,
+    sums: Vec<i32>,
+}
+
+impl BlockScan {
+    /// Returns how many cells were compared.
+    fn run(&mut self, map: &CellMap, block: [i64; 2], templates: &[CellTemplate], laid: &[Vec<TemplateCell>]) -> usize {
+        let corner = block.map(|b| b * CELLS as i64 - SCAN_HALF as i64);
+        let window = Window::of(map, corner, SCAN_WIDTH, SCAN_WIDTH);
+        self.scores.clear();
+        self.scores.resize(CELLS * CELLS, 0.0);
+        self.templates.clear();
+        self.templates.resize(CELLS * CELLS, 0);
+        self.sums.resize(CELLS * CELLS, 0);
+        for (index, (template, cells)) in templates.iter().zip(laid).enumerate() {
+            cell_dots(&window.cells, SCAN_WIDTH, cells, CELLS, &mut self.sums);
+            self.take(index as u32, i32::from(ZERO) * template.total(), template.norm().sqrt().recip());
+        }
+        self.divide(&window, map.mean_energy())
+    }
+
+    fn take(&mut self, index: u32, zero: i32, scale: f32) {
+        for ((score, template), &sum) in self.scores.iter_mut().zip(&mut self.templates).zip(&self.sums) {
+            let value = (sum - zero) as f32 * scale;
+            let better = value > *score;
+            *score = if better { value } else { *score };
+            *template = if better { index } else { *template };
+        }
+    }
+
+    /// Divides by the energy around; a place that is not known itself is none.
+    fn divide(&mut self, window: &Window, mean_energy: f32) -> usize {
+        let around = 2 * ENERGY_HALF + 1;
+        let least = LEAST_ENERGY_SHARE * mean_energy * (around * around) as f32;
+        let inset = SCAN_HALF - ENERGY_HALF;
+        let mut across = vec![0u32; SCAN_WIDTH * CELLS];
+        for y in 0..SCAN_WIDTH {
+            let row = &window.energy[y * window.width..(y + 1) * window.width];
+            for x in 0..CELLS {
+                across[y * CELLS + x] = row[x + inset..x + inset + around].iter().map(|&e| u32::from(e)).sum();
+            }
+        }
+        let mut compared = 0;
+        for (i, score) in self.scores.iter_mut().enumerate() {
+            let (x, y) = (i % CELLS, i / CELLS);
+            if !window.known[(y + SCAN_HALF) * window.width + x + SCAN_HALF] {
+                *score = 0.0;
+                continue;
+            }
+            compared += 1;
+            let energy: u32 = (y + inset..y + inset + around).map(|y| across[y * CELLS + x]).sum();
+            *score /= (energy as f32).max(least).max(1.0).sqrt();
+        }
+        compared
+    }
+
+    /// Places higher than their eight neighbours within the block.
+    fn maxima(&self, block: [i64; 2], mut found: impl FnMut(Place)) {
+        let size = CELLS as isize;
+        for y in 0..size {
+            for x in 0..size {
+                let at = |x: isize, y: isize| self.scores[(y * size + x) as usize];
+                let score = at(x, y);
+                let inside = |v: isize| (0..size).contains(&v);
+                let mut around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+                if score > 0.0 && around.all(|(i, j)| !inside(i) || !inside(j) || at(i, j) <= score) {
+                    let cell = [block[0] * CELLS as i64 + x as i64, block[1] * CELLS as i64 + y as i64];
+                    found(Place { cell, template: self.templates[(y * size + x) as usize] as usize, score });
+                }
+            }
+        }
+    }
+}
+
+/// Templates that differ little, to weigh places again on unmerged cells.
+pub struct Closer {
+    reach: usize,
+    half: usize,
+    templates: Vec<(CellTemplate, Vec<TemplateCell>)>,
+    /// The cells of the first, which stand for those of all.
+    mask: Vec<TemplateCell>,
+}
+
+impl Closer {
+    /// Of templates, the most likely first, that reach `half` cells at most; to be laid within `reach` (at most 7) cells of
+    /// a place. `None` where there is no template.
+    pub fn new(templates: Vec<CellTemplate>, reach: usize, half: usize) -> Option<Self> {
+        let width = COLUMNS_STEP + 2 * half;
+        let mask = templates.first()?.mask_laid_out(width, half);
+        let lay = |t: CellTemplate| {
+            let laid = t.laid_out(width, half);
+            (t, laid)
+        };
+        Some(Self { reach, half, templates: templates.into_iter().map(lay).collect(), mask })
+    }
+
+    /// The best around a cell of an unmerged map: the cell under the template's middle, the template and its score, here
+    /// over the very cells that it covers.
+    pub fn best(&self, map: &CellMap, cell: [i64; 2]) -> Option<Place> {
+        let Self { reach, half, .. } = *self;
+        let places = 2 * reach + 1;
+        let rows = places.next_multiple_of(ROWS_STEP);
+        let (width, height) = (COLUMNS_STEP + 2 * half, rows + 2 * half);
+        let window = Window::of(map, cell.map(|c| c - (reach + half) as i64), width, height);
+        let energies: Vec<[u8; 4]> = window.energy.iter().map(|&e| [e, 0, 0, 0]).collect();
+        let (mut sums, mut energy) = (vec![0; rows * COLUMNS_STEP], vec![0; rows * COLUMNS_STEP]);
+        cell_dots(&energies, width, &self.mask, COLUMNS_STEP, &mut energy);
+        let least = (LEAST_ENERGY_SHARE * map.mean_energy() * self.mask.len() as f32).max(1.0);
+        let weights: Vec<f32> = energy.iter().map(|&e| (e as f32).max(least).sqrt().recip()).collect();
+        let mut best: Option<Place> = None;
+        for (index, (template, laid)) in self.templates.iter().enumerate() {
+            cell_dots(&window.cells, width, laid, COLUMNS_STEP, &mut sums);
+            let zero = i32::from(ZERO) * template.total();
+            let scale = template.norm().sqrt().recip();
+            for (x, y) in (0..places).flat_map(|y| (0..places).map(move |x| (x, y))) {
+                let i = y * COLUMNS_STEP + x;
+                let score = (sums[i] - zero) as f32 * scale * weights[i];
+                if best.is_none_or(|b| score > b.score) {
+                    let cell = [cell[0] + x as i64 - reach as i64, cell[1] + y as i64 - reach as i64];
+                    best = Some(Place { cell, template: index, score });
+                }
+            }
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feature::{CELL_PX, Structure, cells_of};
+    use crate::pixels::{Gray, Mask};
+
+    const EDGE_PX: usize = CELLS * CELL_PX;
+
+    /// Fields ploughed each in its own direction, others in each tile.
+    fn ground(seed: u32) -> Gray {
+        let hash = |x: u32, y: u32, k: u32| {
+            let mut v =
+                x.wrapping_mul(374_761_393) ^ y.wrapping_mul(668_265_263) ^ (seed * 31 + k).wrapping_mul(69_069);
+            v = (v ^ (v >> 13)).wrapping_mul(1_274_126_177);
+            (v ^ (v >> 16)) % 200
+        };
+        let pixel = |i: usize| {
+            let (x, y) = ((i % EDGE_PX) as u32, (i / EDGE_PX) as u32);
+            let angle = hash(x / 70, y / 55, 1) as f64 / 200.0 * std::f64::consts::PI;
+            let along = f64::from(x) * angle.cos() + f64::from(y) * angle.sin();
+            (100.0 + 60.0 * (0.5 * along).sin()) as f32
+        };
+        Gray::from_values(EDGE_PX, EDGE_PX, (0..EDGE_PX * EDGE_PX).map(pixel).collect()).unwrap()
+    }
+
+    /// A view turned by `heading_rad` of the ground around a point.
+    fn seen(ground: &Gray, at: [f64; 2], heading_rad: f64) -> CellView {
+        let (width, height) = (280, 210);
+        let (sin, cos) = heading_rad.sin_cos();
+        let pixel = |i: usize| {
+            let (x, y) = ((i % width) as f64 + 0.5 - 140.0, (i / width) as f64 + 0.5 - 105.0);
+            ground.sample(at[0] + x * cos - y * sin, at[1] + x * sin + y * cos)
+        };
+        let gray = Gray::from_values(width, height, (0..width * height).map(pixel).collect()).unwrap();
+        let mask = Mask::filled(width, height, true);
+        CellView::of(&Structure::of(&gray, &mask), &mask, [140.0, 105.0]).unwrap()
+    }
+
+    fn world() -> CellMap {
+        let blob = |seed: u32| {
+            let cells = cells_of(&ground(seed), &Mask::filled(EDGE_PX, EDGE_PX, true));
+            cells.into_iter().map(|v| v as u8).collect::<Vec<u8>>()
+        };
+        CellMap::of_tiles((0..20).map(|i| ([100 + i % 5, 200 + i / 5], blob(i))).collect())
+    }
+
+    #[test]
+    fn a_view_is_found_among_many_tiles_whatever_its_heading_and_the_threads() {
+        let fine = world();
+        let merged = fine.merged(2);
+        let (tile, at, heading_rad) = (13u32, [270.0, 230.0], 2.0);
+        let view = seen(&ground(tile), at, heading_rad);
+        let steps: Vec<f64> = (0..40).map(|i| f64::from(i) * std::f64::consts::TAU / 40.0).collect();
+        let templates: Vec<_> = steps.iter().map(|&h| view.template(h, 1.0, 32.0, SCAN_HALF).unwrap()).collect();
+        let found = scan(&merged, merged.blocks(), &templates, 50, 1, &|_, _| true);
+        let true_px = [(100 + tile % 5) as f64 * 512.0 + at[0], (200 + tile / 5) as f64 * 512.0 + at[1]];
+        let off = |cell: [i64; 2], pitch_px: f64| {
+            let d = |i: usize| (cell[i] as f64 + 0.5) * pitch_px - true_px[i];
+            d(0).hypot(d(1))
+        };
+        assert!(off(found.places[0].cell, 32.0) < 32.0, "{:?}", found.places[0]);
+        assert!((steps[found.places[0].template] - heading_rad).abs() < 0.2);
+        assert!(found.cells > 19 * 256);
+        for threads in [2, 3, 7] {
+            assert_eq!(scan(&merged, merged.blocks(), &templates, 50, threads, &|_, _| true), found);
+        }
+        let closer = Closer::new(vec![view.template(heading_rad, 1.0, 16.0, 16).unwrap()], 2, 16).unwrap();
+        let best = closer.best(&fine, found.places[0].cell.map(|c| 2 * c + 1)).unwrap();
+        assert!(off(best.cell, 16.0) < 16.0 && best.score > found.places[0].score, "{best:?}");
+    }
+
+    #[test]
+    fn keeps_to_what_holds() {
+        let merged = world().merged(2);
+        let view = seen(&ground(3), [250.0, 250.0], 0.0);
+        let template = view.template(0.0, 1.0, 32.0, SCAN_HALF).unwrap();
+        let west = |cell: [i64; 2], _| cell[0] < 102 * 16;
+        let found = scan(&merged, merged.blocks(), &[template], 20, 2, &west);
+        assert!(!found.places.is_empty() && found.places.iter().all(|p| p.cell[0] < 102 * 16));
+    }
+}
