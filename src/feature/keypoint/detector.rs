@@ -5,6 +5,7 @@
 
 use super::response::responses;
 use crate::pixels::Gray;
+use crate::simd::dispatch;
 
 /// A corner of one octave.
 #[derive(Debug, Clone, Copy)]
@@ -64,14 +65,19 @@ pub fn corners(gray: &Gray, share: Share, is_allowed: impl Fn(usize, usize) -> b
     kept.iter().map(|&(_, i)| refined(&response, width, i as usize % width, i as usize / width)).collect()
 }
 
-/// Marks in row y what is above the floor and no lower than the four beside it: most pixels are not.
-fn summits(response: &[f32], width: usize, y: usize, is_summit: &mut [u8]) {
-    let row = |y: usize| &response[y * width..(y + 1) * width];
-    let (above, here, below) = (row(y - 1), row(y), row(y + 1));
-    let is_summit = &mut is_summit[..width];
-    for x in 1..width - 1 {
-        let nearest = here[x - 1].max(here[x + 1]).max(above[x]).max(below[x]);
-        is_summit[x] = u8::from(here[x] > FLOOR && here[x] >= nearest);
+dispatch! {
+    /// Marks in row y what is above the floor and no lower than the eight around it: most pixels are not.
+    fn summits(response: &[f32], width: usize, y: usize, is_summit: &mut [u8]) {
+        let row = |y: usize| &response[y * width..(y + 1) * width];
+        let (above, here, below) = (row(y - 1), row(y), row(y + 1));
+        let greater = |a: f32, b: f32| if a > b { a } else { b };
+        let is_summit = &mut is_summit[..width];
+        for x in 1..width - 1 {
+            let column = |x: usize| greater(above[x], below[x]);
+            let beside = greater(greater(here[x - 1], here[x + 1]), greater(column(x - 1), column(x + 1)));
+            let highest = greater(beside, column(x));
+            is_summit[x] = u8::from(here[x] > FLOOR) & u8::from(here[x] >= highest);
+        }
     }
 }
 

@@ -346,7 +346,8 @@ fn eliminated(products: &[Lanes; PRODUCTS]) -> Option<(BlockSums, Plane)> {
     let plane = of_plane.fixed_rows::<PLANE>(OFFSET).into_owned();
     let inverse = plane.try_inverse().filter(|_| plane.determinant() > LEAST_SPREAD * plane[(0, 0)].powi(3))?;
     let rest = full - of_plane * inverse * of_plane.transpose();
-    let correlation = rest[(GAIN, SEEN)] / (rest[(GAIN, GAIN)] * rest[(SEEN, SEEN)]).sqrt().max(1e-9);
+    let squares = rest[(GAIN, GAIN)].max(0.0) * rest[(SEEN, SEEN)].max(0.0);
+    let correlation = if squares > 1e-6 { (rest[(GAIN, SEEN)] / squares.sqrt()).clamp(-1.0, 1.0) } else { 0.0 };
     let sums = BlockSums {
         normal: rest.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into_owned(),
         right: rest.fixed_view::<PARAMETERS, 1>(0, RESIDUAL).into_owned(),
