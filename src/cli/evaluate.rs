@@ -1,14 +1,13 @@
 //! `overfly evaluate`: registration scored against truth.
 
+use super::evaluate_motions::{self, Motions};
 use super::number::positive;
 use super::{Exit, Failure, Output, cost, default_threads, negatives};
 use anyhow::Context;
 use overfly::locate::Answer;
 use overfly::locate::candidates::default_layer;
 use overfly::store::{Layer, Reader};
-use overfly::trial::{
-    FixOutcome, FixScore, FixTrial, Flight, MotionScore, Pairs, Spread, run_motions, write_fixes, write_motions,
-};
+use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight, Spread, write_fixes};
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -22,7 +21,7 @@ pub enum Evaluate {
     Negatives(Box<negatives::Args>),
     /// How the time of a search grows with the tiles it searches.
     Cost(cost::Args),
-    /// Relative registration on pairs of known motion.
+    /// Relative registration: pairs of known motion, a real flight, or pairs that share nothing.
     Motions(Motions),
 }
 
@@ -33,13 +32,6 @@ Right: accepted and within --right-m of the truth. False: accepted and not right
 
 Example:
   overfly evaluate fixes --db map.gpkg --flight flights/0716 --prior-error-m 300 --out scored";
-const MOTIONS_HELP: &str = "\
-The pairs file: image_a,image_b,overlap_percent,m00,m01,m02,m10,m11,m12; images beside the file; the 2 x 3 matrix takes a
-point of image b to image a, in pixels counted from the corner. Right: within 1 px at the image's centre.
-
-Example:
-  overfly evaluate motions --pairs pairs.csv --out scored";
-
 /// Arguments of `evaluate fixes`.
 #[derive(clap::Args)]
 #[command(after_help = FIXES_HELP)]
@@ -82,28 +74,13 @@ pub struct Fixes {
     out: Option<PathBuf>,
 }
 
-/// Arguments of `evaluate motions`.
-#[derive(clap::Args)]
-#[command(after_help = MOTIONS_HELP)]
-pub struct Motions {
-    /// The pairs file.
-    #[arg(long, value_name = "FILE")]
-    pairs: PathBuf,
-    /// Pairs registered at a time; more than one disturbs the times.
-    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::MIN)]
-    threads: NonZeroUsize,
-    /// Write motions.csv here: a row per pair.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
-
 /// Runs the command.
 pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
     match args {
         Evaluate::Fixes(args) => fixes(args, output),
         Evaluate::Negatives(args) => negatives::run(args, output),
         Evaluate::Cost(args) => cost::run(args, output),
-        Evaluate::Motions(args) => motions(args, output),
+        Evaluate::Motions(args) => evaluate_motions::run(args, output),
     }
 }
 
@@ -208,39 +185,4 @@ pub fn fix_text(score: &FixScore) -> String {
         spread(&score.decode_ms, 1),
         spread(&score.tiles_searched, 0),
     )
-}
-
-fn motions(args: &Motions, output: &Output) -> Result<Exit, Failure> {
-    let pairs = Pairs::read(&args.pairs)?;
-    args.out.as_deref().map_or(Ok(()), make_folder)?;
-    let bar = output.progress(pairs.pairs.len() as u64, "pairs");
-    let outcomes = run_motions(&pairs, args.threads.get(), || bar.inc(1))?;
-    bar.finish_and_clear();
-    if let Some(folder) = &args.out {
-        output.note(&format!("wrote {}", write_motions(folder, &outcomes)?.display()));
-    }
-    let score = MotionScore::of(&outcomes, args.threads.get());
-    output.say(&score, || motion_text(&score));
-    Ok(Exit::Done)
-}
-
-fn motion_text(score: &MotionScore) -> String {
-    let mut text = format!(
-        "pairs      {} ({} right, {} false, {} without a motion)\n  overlap  right       drift px           elapsed ms\n",
-        score.pairs, score.right, score.wrong, score.no_motion
-    );
-    for o in &score.by_overlap {
-        let spread = |s: &Option<Spread>, digits: usize| {
-            s.map_or("-".into(), |s| format!("{:.digits$} (95 % {:.digits$})", s.median, s.p95))
-        };
-        text.push_str(&format!(
-            "  {:>5} %  {:>3} of {:<3}  {:<18} {}\n",
-            o.overlap_percent,
-            o.right,
-            o.pairs,
-            spread(&o.drift_px, 3),
-            spread(&o.elapsed_ms, 0)
-        ));
-    }
-    text.trim_end().to_owned()
 }

@@ -9,6 +9,7 @@ mod completions;
 mod cost;
 mod demo;
 mod evaluate;
+mod evaluate_motions;
 mod fix;
 mod info;
 mod motion;

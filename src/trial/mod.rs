@@ -1,4 +1,4 @@
-//! Scoring against truth: absolute registration on flights, relative registration on pairs.
+//! Scoring against truth: absolute registration on flights, relative registration on pairs and flights.
 //!
 //! Reads flight folders and pairs files, runs the same library calls that the commands run, and counts. Truth goes
 //! into the score and into the displaced prior, nowhere else.
@@ -10,10 +10,12 @@ mod fix_score;
 mod fix_table;
 mod fixes;
 mod flight;
+mod legs;
 mod motions;
 mod negatives;
 mod pairs;
 mod spread;
+mod strangers;
 mod table;
 
 pub use camera_file::read_camera;
@@ -23,6 +25,7 @@ pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial};
 pub use flight::{Flight, Frame};
+pub use legs::{Comparison, Leg, LegScore, SensorSigmas, run_legs};
 pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions, write_motions};
 pub use negatives::{
     CalibrationStep, Kind, KindScore, NegativeOutcome, NegativeScore, NegativeSearch, NegativeTrial, RegionScore,
@@ -30,3 +33,4 @@ pub use negatives::{
 };
 pub use pairs::{Pair, Pairs};
 pub use spread::Spread;
+pub use strangers::{StrangerScore, StrangerTrial};

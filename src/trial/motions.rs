@@ -21,6 +21,8 @@ pub struct MotionOutcome {
     pub answer: MotionAnswer,
     /// Between found and true place of b's centre, pixels of a; `None` without a motion.
     pub drift_px: Option<f64>,
+    /// Whether that place lies in the answer's own 95 % ellipse; `None` without a motion.
+    pub in_ellipse95: Option<bool>,
     /// From both decoded frames in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
 }
@@ -37,6 +39,8 @@ pub struct MotionScore {
     pub wrong: usize,
     /// Not registered.
     pub no_motion: usize,
+    /// Share of the right motions whose own 95 % ellipse holds the truth.
+    pub ellipse95_coverage: Option<f64>,
     /// The same by overlap, greatest first.
     pub by_overlap: Vec<OverlapScore>,
     /// Pairs registered at a time.
@@ -78,28 +82,41 @@ pub fn run_motions(
         let answer = register(&a, &b, &MotionPrior::default());
         let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
         let centre = [b.width_px() as f64 / 2.0, b.height_px() as f64 / 2.0];
-        let drift_px = match &answer {
-            MotionAnswer::Motion(m) => Some(drift_px(&m.a_from_b, &pair.a_from_b, centre)),
-            MotionAnswer::NoMotion { .. } => None,
-        };
         progress();
-        Ok(MotionOutcome { pair: pair.clone(), answer, drift_px, elapsed_ms })
+        Ok(MotionOutcome::of(pair.clone(), answer, centre, elapsed_ms))
     };
     pool.install(|| pairs.pairs.par_iter().map(one).collect())
 }
 
-fn drift_px(found: &[[f64; 3]; 2], truth: &[[f64; 3]; 2], at: [f64; 2]) -> f64 {
-    let off = |row: usize| {
+/// Found minus true place of a point of b in a.
+fn off_px(found: &[[f64; 3]; 2], truth: &[[f64; 3]; 2], at: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|row| {
         let place = |m: &[[f64; 3]; 2]| m[row][0] * at[0] + m[row][1] * at[1] + m[row][2];
         place(found) - place(truth)
-    };
-    off(0).hypot(off(1))
+    })
 }
 
 impl MotionOutcome {
+    fn of(pair: Pair, answer: MotionAnswer, centre_of_b: [f64; 2], elapsed_ms: f64) -> Self {
+        let scored = match &answer {
+            MotionAnswer::Motion(m) => {
+                let off = off_px(&m.a_from_b, &pair.a_from_b, centre_of_b);
+                Some((off[0].hypot(off[1]), is_in_ellipse95(off, &m.covariance_px2)))
+            }
+            MotionAnswer::NoMotion { .. } => None,
+        };
+        Self { pair, answer, drift_px: scored.map(|s| s.0), in_ellipse95: scored.map(|s| s.1), elapsed_ms }
+    }
+
     fn is_right(&self) -> bool {
         self.drift_px.is_some_and(|d| d <= RIGHT_PX)
     }
+}
+
+/// Whether an error of two dimensions lies in the 95 % ellipse of a covariance (chi-square of two degrees: 5.991).
+pub fn is_in_ellipse95([x, y]: [f64; 2], [[xx, xy], [_, yy]]: &[[f64; 2]; 2]) -> bool {
+    let determinant = xx * yy - xy * xy;
+    *xx > 0.0 && determinant > 0.0 && (x * x * yy - 2.0 * x * y * xy + y * y * xx) / determinant <= 5.991
 }
 
 impl MotionScore {
@@ -115,6 +132,8 @@ impl MotionScore {
             right,
             wrong: registered - right,
             no_motion: outcomes.len() - registered,
+            ellipse95_coverage: (right > 0)
+                .then(|| count(|o| o.is_right() && o.in_ellipse95 == Some(true)) as f64 / right as f64),
             by_overlap: overlaps.into_iter().map(|overlap| OverlapScore::of(outcomes, overlap)).collect(),
             threads,
         }
@@ -151,6 +170,9 @@ pub fn write_motions(folder: &Path, outcomes: &[MotionOutcome]) -> Result<PathBu
             "status",
             "drift_px",
             "elapsed_ms",
+            "covariance_xx_px2",
+            "covariance_xy_px2",
+            "covariance_yy_px2",
             "m00",
             "m01",
             "m02",
@@ -167,8 +189,12 @@ pub fn write_motions(folder: &Path, outcomes: &[MotionOutcome]) -> Result<PathBu
                 format!("{:.3}", o.elapsed_ms),
             ]);
             match &o.answer {
-                MotionAnswer::Motion(m) => row.extend(m.a_from_b.iter().flatten().map(|v| format!("{v:.9}"))),
-                MotionAnswer::NoMotion { .. } => row.extend(std::iter::repeat_n(String::new(), 6)),
+                MotionAnswer::Motion(m) => {
+                    let [[xx, xy], [_, yy]] = m.covariance_px2;
+                    row.extend([xx, xy, yy].map(|v| format!("{v:.9}")));
+                    row.extend(m.a_from_b.iter().flatten().map(|v| format!("{v:.9}")));
+                }
+                MotionAnswer::NoMotion { .. } => row.extend(std::iter::repeat_n(String::new(), 9)),
             }
             file.write_record(&row)?;
         }
@@ -202,7 +228,7 @@ mod tests {
         };
         let pair =
             Pair { names: ["a".into(), "b".into()], paths: ["a".into(), "b".into()], overlap_percent, a_from_b: truth };
-        MotionOutcome { pair, answer, drift_px: found.map(|f| drift_px(&f, &truth, [256.0, 256.0])), elapsed_ms: 5.0 }
+        MotionOutcome::of(pair, answer, [256.0, 256.0], 5.0)
     }
 
     #[test]
@@ -215,6 +241,9 @@ mod tests {
         assert_eq!(score.by_overlap[0].overlap_percent, 95.0);
         assert_eq!((score.by_overlap[1].pairs, score.by_overlap[1].right), (3, 1));
         assert!((score.by_overlap[1].drift_px.unwrap().median - 0.25).abs() < 1e-9);
+        // sqrt(5.991) of one sigma of 0.1 px is 0.245 px: neither 0.25 nor 0.5 px lies within.
+        assert_eq!(score.ellipse95_coverage, Some(0.0));
+        assert_eq!(outcome(50.0, Some(0.24)).in_ellipse95, Some(true));
     }
 
     #[test]
@@ -222,6 +251,7 @@ mod tests {
         // A turn of 0.01 rad about the corner moves the centre (100, 0) by 1 px.
         let turned = [[0.01f64.cos(), -(0.01f64.sin()), 0.0], [0.01f64.sin(), 0.01f64.cos(), 0.0]];
         let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        assert!((drift_px(&turned, &still, [100.0, 0.0]) - 1.0).abs() < 1e-4);
+        let [x, y] = off_px(&turned, &still, [100.0, 0.0]);
+        assert!((x.hypot(y) - 1.0).abs() < 1e-4);
     }
 }

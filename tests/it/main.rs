@@ -12,6 +12,7 @@ mod hostile_orthophotos;
 mod http;
 mod kill;
 mod layers;
+mod motions;
 mod negatives;
 mod onboard;
 mod orthophotos;

@@ -10,7 +10,9 @@ use std::f64::consts::PI;
 /// A point of image a and the one of image b taken for the same ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
+    /// In a, px from the corner.
     pub a: Vector2<f64>,
+    /// In b, px from the corner.
     pub b: Vector2<f64>,
     /// Turn from b to a by the keypoints' own orientations, radians.
     pub turn_rad: f64,
@@ -19,12 +21,16 @@ pub struct Pair {
 }
 
 /// The frames, px.
+#[derive(Debug, Clone, Copy)]
 pub struct Frames {
+    /// Width and height of a.
     pub size_of_a: Vector2<f64>,
+    /// Where the covariance is stated.
     pub centre_of_b: Vector2<f64>,
 }
 
 /// What was agreed on.
+#[derive(Debug, Clone)]
 pub struct Consensus {
     /// Takes b to a.
     pub similarity: Similarity,

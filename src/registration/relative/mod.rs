@@ -1,26 +1,28 @@
 //! Relative registration: the motion between two frames.
 //!
-//! Keypoints find it, from any turn; the brightness of all that both frames see makes it exact, and confirms it.
+//! Keypoints find it, from any turn ([`consensus`]); the brightness of all that both frames see makes it exact, and
+//! confirms it ([`alignment`]).
 
-mod alignment;
+pub mod alignment;
 mod answer;
 mod binomial;
-mod consensus;
+pub mod consensus;
 mod parallax;
 mod similarity;
 mod sums;
 
 pub use answer::{Motion, MotionAnswer, MotionPrior, NoMotionReason};
+pub use similarity::Similarity;
 
 use crate::feature::keypoint::{FrameRecipe, Keypoints, describe_frame, match_mutual};
 use crate::pixels::Gray;
 use alignment::align;
 use consensus::{Consensus, Frames, Pair, estimate};
 use nalgebra::{Matrix2, Vector2};
-use similarity::Similarity;
 
-/// What is described first, and what where that does not suffice.
+/// What is described first.
 const QUICK: FrameRecipe = FrameRecipe { limit: 600, steps_per_octave: 1 };
+/// What is described where that does not suffice: small overlaps, other scales, blur.
 const THOROUGH: FrameRecipe = FrameRecipe { limit: 2400, steps_per_octave: 2 };
 /// Nearest over second nearest descriptor: the consensus needs no stricter choice.
 const RATIO: f32 = 0.95;

@@ -5,9 +5,11 @@ use nalgebra::Vector2;
 /// A similarity of the plane: x -> (c x - s y + t_x, s x + c y + t_y).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Similarity {
-    /// Scale times cosine, scale times sine of the clockwise turn (y runs down).
+    /// Scale times cosine of the turn, clockwise as seen (y runs down).
     pub c: f64,
+    /// Scale times its sine.
     pub s: f64,
+    /// Shift, px of a.
     pub t: Vector2<f64>,
 }
 
