@@ -23,6 +23,13 @@ pub struct Refined {
     pub log10_accidents: f64,
 }
 
+impl Refined {
+    /// Whether so little agreed at first sight that nothing was refined.
+    pub fn is_hopeless(&self) -> bool {
+        self.log10_accidents > HOPELESS_LOG10_ACCIDENTS
+    }
+}
+
 /// One pass over the windows of one level.
 #[derive(Debug, Clone, Copy)]
 struct Pass {
@@ -47,7 +54,7 @@ const HOPELESS_LOG10_ACCIDENTS: f64 = 2.5;
 const MAX_GROWTH: f64 = 0.12;
 const MAX_TURN_RAD: f64 = 0.14;
 
-/// Refines `start` down to `finest`. `frame` must be prepared for every level between. `None` where the windows do
+/// Refines `start` down to `finest`, or, where nothing agrees at first sight, no further than that. `frame` must be prepared for every level between. `None` where the windows do
 /// not agree on anything.
 ///
 /// # Errors
@@ -76,8 +83,8 @@ pub fn refine(
         let p = fit.parameters;
         pose = pose.corrected([p[0], p[1]], p[2], p[3]);
         let found = assess(pose, fit, &windows, &pass, places);
-        if refined.is_none() && found.log10_accidents > HOPELESS_LOG10_ACCIDENTS {
-            return Ok(None);
+        if refined.is_none() && found.is_hopeless() {
+            return Ok(Some(found));
         }
         refined = Some(found);
     }

@@ -82,22 +82,22 @@ impl Judge<'_> {
             let detail = "nothing in the frame or the region can be compared";
             return Ok(Verdict::refused(Reason::TooLittleStructure, detail, None));
         };
-        let mut looked = self.look_closely(coarse)?.into_iter();
+        let (looked, hopeless) = self.look_closely(coarse)?;
+        let mut looked = looked.into_iter();
         let Some(best) = looked.next() else {
             let score = coarse.score(first.statistic);
-            return Ok(Verdict::refused(
-                Reason::TooFewAgreeingWindows,
-                "no windows agree on a similarity",
-                Some(score),
-            ));
+            let detail = "no windows agree on a similarity";
+            let refused = Verdict::refused(Reason::TooFewAgreeingWindows, detail, Some(score));
+            return Ok(Verdict { log10_false_alarms: hopeless, ..refused });
         };
         let (score, log10_false_alarms) = (Some(best.standing), Some(best.log10_false_alarms));
         let objection = self.objection(&best, looked.next().as_ref());
         Ok(Verdict { outcome: objection.map_or(Ok(best), Err), score, log10_false_alarms })
     }
 
-    /// The most likely places with all their evidence, best first.
-    fn look_closely(&self, coarse: &CoarseResult) -> Result<Vec<Candidate>, LocateError> {
+    /// The most likely places with all their evidence, best first; and the log10 of accidents to expect, of windows alone,
+    /// at the best of the others.
+    fn look_closely(&self, coarse: &CoarseResult) -> Result<(Vec<Candidate>, Option<f64>), LocateError> {
         let mut found: Vec<Refined> = Vec::new();
         let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
         for peak in coarse.peaks.iter().take(LOOKED_AT) {
@@ -111,6 +111,9 @@ impl Judge<'_> {
             let refined = refine(self.map, self.frame, peak.pose, self.finest, LOOKED_AT as f64)?;
             found.extend(refined.filter(|r| !found.iter().any(|other| same_place(other, r))));
         }
+        let accidents = |r: &Refined| r.log10_accidents;
+        let hopeless = found.iter().filter(|r| r.is_hopeless()).map(accidents).reduce(f64::min);
+        found.retain(|r| !r.is_hopeless());
         found.sort_by(|a, b| a.log10_accidents.total_cmp(&b.log10_accidents));
         let mut candidates = Vec::new();
         for refined in found.into_iter().take(WEIGHED) {
@@ -120,7 +123,7 @@ impl Judge<'_> {
             candidates.push(Candidate { refined, standing, log10_false_alarms });
         }
         candidates.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
-        Ok(candidates)
+        Ok((candidates, hopeless))
     }
 
     /// Why the best place is not a fix.
