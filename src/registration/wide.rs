@@ -7,6 +7,7 @@
 use super::cell_dots::{COLUMNS_STEP, ROWS_STEP, TemplateCell, cell_dots};
 pub use super::cell_template::{CellTemplate, CellView};
 use crate::feature::{CELLS, CellMap, cell_energy};
+use crate::simd::dispatch;
 use std::cmp::Ordering;
 
 /// Farthest cell of a template of [`scan`] from its middle.
@@ -15,6 +16,9 @@ pub const SCAN_HALF: usize = 7;
 const ENERGY_HALF: usize = 3;
 /// A place with less than this share of the map's mean energy is compared as if it had that much.
 const LEAST_ENERGY_SHARE: f32 = 0.1;
+/// Templates so many numbers apart have their maxima in common: neighbours in heading each have their own, for on few cells a
+/// grid of roads fits as well a step of heading away.
+const APART: usize = 6;
 /// What an unknown cell and a value of 0 are in a window's byte.
 const ZERO: u8 = 128;
 
@@ -39,7 +43,7 @@ impl Place {
 /// What a scan found.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scan {
-    /// The best places, best first, each higher than its neighbours.
+    /// The best places, best first, each higher than its neighbours; a place may come under several headings.
     pub places: Vec<Place>,
     /// Cells that a template's middle was laid on.
     pub cells: usize,
@@ -55,19 +59,22 @@ pub fn scan(
     threads: usize,
     holds: &(dyn Fn([i64; 2], usize) -> bool + Sync),
 ) -> Scan {
-    let laid: Vec<Vec<TemplateCell>> = templates.iter().map(|t| t.laid_out(SCAN_WIDTH, SCAN_HALF)).collect();
+    let laid: Vec<Laid> = templates.iter().map(Laid::of).collect();
     let work = |blocks: &[[i64; 2]]| {
         let mut found = Scan::default();
-        let mut block_scan = BlockScan::default();
+        // Only what cannot be among the best is passed over.
+        let mut least = 0.0;
         for &block in blocks {
-            found.cells += block_scan.run(map, block, templates, &laid);
-            block_scan.maxima(block, |place| {
-                if holds(place.cell, place.template) {
-                    found.places.push(place);
-                }
-            });
-            if found.places.len() > 8 * most {
+            let scene = Scene::of(map, block);
+            found.cells += scene.compared;
+            for turn in 0..APART.min(laid.len()) {
+                let best = scene.compare(laid.iter().enumerate().skip(turn).step_by(APART));
+                let maxima = best.maxima(block, least).filter(|place| holds(place.cell, place.template));
+                found.places.extend(maxima);
+            }
+            if found.places.len() > 4 * most {
                 keep_best(&mut found.places, most);
+                least = found.places.last().map_or(least, |p| p.score);
             }
         }
         found
@@ -96,7 +103,6 @@ fn keep_best(places: &mut Vec<Place>, most: usize) {
 
 /// Cells and energies of a window of a map, unknown ones neutral.
 struct Window {
-    width: usize,
     cells: Vec<[u8; 4]>,
     energy: Vec<u8>,
     known: Vec<bool>,
@@ -105,8 +111,7 @@ struct Window {
 impl Window {
     fn of(map: &CellMap, corner: [i64; 2], width: usize, height: usize) -> Self {
         let count = width * height;
-        let mut window =
-            Self { width, cells: vec![[ZERO; 4]; count], energy: vec![0; count], known: vec![false; count] };
+        let mut window = Self { cells: vec![[ZERO; 4]; count], energy: vec![0; count], known: vec![false; count] };
         map.for_each_in(corner[0], corner[1], width, height, |x, y, values| {
             let i = y * width + x;
             window.cells[i] = values.map(|v| (v as u8).wrapping_add(ZERO));
@@ -120,81 +125,103 @@ impl Window {
 /// Cells along a block's edge with a template's reach on both sides, and lanes that are loaded beyond.
 const SCAN_WIDTH: usize = CELLS + 2 * (SCAN_HALF + 1);
 
-/// The best template of every place of one block.
-#[derive(Default)]
-struct BlockScan {
-    scores: Vec<f32>,
-    templates: Vec<u32>,
-    sums: Vec<i32>,
+/// A template as a block's window meets it.
+struct Laid {
+    cells: Vec<TemplateCell>,
+    /// What a window of zeros would give.
+    zero: i32,
+    scale: f32,
 }
 
-impl BlockScan {
-    /// Returns how many cells were compared.
-    fn run(&mut self, map: &CellMap, block: [i64; 2], templates: &[CellTemplate], laid: &[Vec<TemplateCell>]) -> usize {
+impl Laid {
+    fn of(template: &CellTemplate) -> Self {
+        let zero = i32::from(ZERO) * template.total();
+        Self { cells: template.laid_out(SCAN_WIDTH, SCAN_HALF), zero, scale: template.norm().sqrt().recip() }
+    }
+}
+
+/// A block and what is around it.
+struct Scene {
+    window: Window,
+    /// For each place one over the square root of the energy around; 0 where nothing is known.
+    weights: Vec<f32>,
+    compared: usize,
+}
+
+impl Scene {
+    fn of(map: &CellMap, block: [i64; 2]) -> Self {
         let corner = block.map(|b| b * CELLS as i64 - SCAN_HALF as i64);
         let window = Window::of(map, corner, SCAN_WIDTH, SCAN_WIDTH);
-        self.scores.clear();
-        self.scores.resize(CELLS * CELLS, 0.0);
-        self.templates.clear();
-        self.templates.resize(CELLS * CELLS, 0);
-        self.sums.resize(CELLS * CELLS, 0);
-        for (index, (template, cells)) in templates.iter().zip(laid).enumerate() {
-            cell_dots(&window.cells, SCAN_WIDTH, cells, CELLS, &mut self.sums);
-            self.take(index as u32, i32::from(ZERO) * template.total(), template.norm().sqrt().recip());
-        }
-        self.divide(&window, map.mean_energy())
-    }
-
-    fn take(&mut self, index: u32, zero: i32, scale: f32) {
-        for ((score, template), &sum) in self.scores.iter_mut().zip(&mut self.templates).zip(&self.sums) {
-            let value = (sum - zero) as f32 * scale;
-            let better = value > *score;
-            *score = if better { value } else { *score };
-            *template = if better { index } else { *template };
-        }
-    }
-
-    /// Divides by the energy around; a place that is not known itself is none.
-    fn divide(&mut self, window: &Window, mean_energy: f32) -> usize {
         let around = 2 * ENERGY_HALF + 1;
-        let least = LEAST_ENERGY_SHARE * mean_energy * (around * around) as f32;
+        let least = (LEAST_ENERGY_SHARE * map.mean_energy() * (around * around) as f32).max(1.0);
         let inset = SCAN_HALF - ENERGY_HALF;
         let mut across = vec![0u32; SCAN_WIDTH * CELLS];
-        for y in 0..SCAN_WIDTH {
-            let row = &window.energy[y * window.width..(y + 1) * window.width];
-            for x in 0..CELLS {
-                across[y * CELLS + x] = row[x + inset..x + inset + around].iter().map(|&e| u32::from(e)).sum();
+        for (row, sums) in window.energy.chunks_exact(SCAN_WIDTH).zip(across.chunks_exact_mut(CELLS)) {
+            for (x, sum) in sums.iter_mut().enumerate() {
+                *sum = row[x + inset..x + inset + around].iter().map(|&e| u32::from(e)).sum();
             }
         }
-        let mut compared = 0;
-        for (i, score) in self.scores.iter_mut().enumerate() {
+        let weight = |i: usize| {
             let (x, y) = (i % CELLS, i / CELLS);
-            if !window.known[(y + SCAN_HALF) * window.width + x + SCAN_HALF] {
-                *score = 0.0;
-                continue;
-            }
-            compared += 1;
             let energy: u32 = (y + inset..y + inset + around).map(|y| across[y * CELLS + x]).sum();
-            *score /= (energy as f32).max(least).max(1.0).sqrt();
-        }
-        compared
+            let is_known = window.known[(y + SCAN_HALF) * SCAN_WIDTH + x + SCAN_HALF];
+            if is_known { (energy as f32).max(least).sqrt().recip() } else { 0.0 }
+        };
+        let weights: Vec<f32> = (0..CELLS * CELLS).map(weight).collect();
+        let compared = weights.iter().filter(|&&w| w > 0.0).count();
+        Self { window, weights, compared }
     }
 
-    /// Places higher than their eight neighbours within the block.
-    fn maxima(&self, block: [i64; 2], mut found: impl FnMut(Place)) {
-        let size = CELLS as isize;
-        for y in 0..size {
-            for x in 0..size {
-                let at = |x: isize, y: isize| self.scores[(y * size + x) as usize];
-                let score = at(x, y);
-                let inside = |v: isize| (0..size).contains(&v);
-                let mut around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
-                if score > 0.0 && around.all(|(i, j)| !inside(i) || !inside(j) || at(i, j) <= score) {
-                    let cell = [block[0] * CELLS as i64 + x as i64, block[1] * CELLS as i64 + y as i64];
-                    found(Place { cell, template: self.templates[(y * size + x) as usize] as usize, score });
-                }
-            }
+    /// The best of some templates at every place.
+    fn compare<'a>(&self, templates: impl Iterator<Item = (usize, &'a Laid)>) -> Best {
+        let count = CELLS * CELLS;
+        let mut best = Best { scores: vec![0.0; count], templates: vec![0; count] };
+        let mut sums = vec![0; count];
+        for (index, laid) in templates {
+            cell_dots(&self.window.cells, SCAN_WIDTH, &laid.cells, CELLS, &mut sums);
+            take(&mut best, &sums, index as u32, laid);
         }
+        best.scores.iter_mut().zip(&self.weights).for_each(|(score, weight)| *score *= weight);
+        best
+    }
+}
+
+/// The best template of every place of one block.
+struct Best {
+    scores: Vec<f32>,
+    templates: Vec<u32>,
+}
+
+dispatch! {
+    fn take(best: &mut Best, sums: &[i32], index: u32, laid: &Laid) {
+        let (scores, templates) = (&mut best.scores[..sums.len()], &mut best.templates[..sums.len()]);
+        let (zero, scale) = (laid.zero, laid.scale);
+        for i in 0..sums.len() {
+            let value = (sums[i] - zero) as f32 * scale;
+            let better = value > scores[i];
+            scores[i] = if better { value } else { scores[i] };
+            templates[i] = if better { index } else { templates[i] };
+        }
+    }
+}
+
+impl Best {
+    /// Places above `least` that no neighbour within the block exceeds.
+    fn maxima(&self, block: [i64; 2], least: f32) -> impl Iterator<Item = Place> + '_ {
+        let size = CELLS as isize;
+        let inside = move |v: isize| (0..size).contains(&v);
+        let at = move |x: isize, y: isize| self.scores[(y * size + x) as usize];
+        (0..size).flat_map(move |y| (0..size).map(move |x| (x, y))).filter_map(move |(x, y)| {
+            let score = at(x, y);
+            if score <= least {
+                return None;
+            }
+            let mut around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+            let is_peak = around.all(|(i, j)| !inside(i) || !inside(j) || at(i, j) <= score);
+            let cell = [block[0] * size as i64 + x as i64, block[1] * size as i64 + y as i64];
+            let template = self.templates[(y * size + x) as usize] as usize;
+            is_peak.then_some(Place { cell, template, score })
+        })
     }
 }
 
