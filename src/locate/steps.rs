@@ -8,8 +8,8 @@ use super::wide::WideSearch;
 
 /// Bound on correlated pixels times hypotheses: some minutes on one core.
 const MOST_PLACES: f64 = 5e9;
-/// Beyond so many correlated pixels times hypotheses (half a second to a second on one core) the layer's cells are searched first.
-const MOST_EVERYWHERE: f64 = 2e7;
+/// Beyond so many correlated pixels times hypotheses (a second on one core) the layer's cells are searched first.
+const MOST_EVERYWHERE: f64 = 3e7;
 
 /// What is to be searched, one step after the other until a verdict is sure.
 pub enum Steps<'a> {
