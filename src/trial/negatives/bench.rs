@@ -117,10 +117,10 @@ impl<'a> Bench<'a> {
         rng: &mut ChaCha8Rng,
     ) -> Result<Option<(Geodetic, f64)>, TrialError> {
         let truth = frame.true_position.expect("checked by the caller");
-        let prior = if kind == Kind::Elsewhere {
-            self.ground.elsewhere(truth, half_width_m + self.reach_m(frame, gray)?, rng)
-        } else {
-            Some(self.ground.displaced(truth, half_width_m, rng))
+        let prior = match kind {
+            Kind::Elsewhere => self.ground.elsewhere(truth, half_width_m + self.reach_m(frame, gray)?, rng),
+            _ if kind.is_without_place() => self.ground.anywhere(rng),
+            _ => Some(self.ground.displaced(truth, half_width_m, rng)),
         };
         Ok(prior.map(|p| (p, self.ground.shared_m2(p, half_width_m))))
     }

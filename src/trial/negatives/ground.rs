@@ -65,15 +65,24 @@ impl MappedGround {
     /// Over imagery, more than `apart_m` from a place along an axis; `None` where a number of draws meet none.
     pub fn elsewhere(&self, place: Geodetic, apart_m: f64, rng: &mut ChaCha8Rng) -> Option<Geodetic> {
         let frame = LocalFrame::at(place);
-        let mut draw = || {
-            let (x, y, share) = *self.cells.get(rng.random_range(0..self.cells.len().max(1)))?;
-            let (u, v, lot) = (rng.random::<f64>(), rng.random::<f64>(), rng.random::<f64>());
-            let at = WorldPixel { x_px: (x as f64 + u) * CELL_PX as f64, y_px: (y as f64 + v) * CELL_PX as f64 };
-            let point = at.to_geodetic(self.zoom).ok().filter(|_| lot < share)?;
-            let off = frame.enu_from_geodetic(point);
-            (off.east_m.abs().max(off.north_m.abs()) > apart_m).then_some(point)
+        let is_apart = |point: &Geodetic| {
+            let off = frame.enu_from_geodetic(*point);
+            off.east_m.abs().max(off.north_m.abs()) > apart_m
         };
-        (0..DRAWS).find_map(|_| draw())
+        (0..DRAWS).find_map(|_| self.drawn(rng).filter(is_apart))
+    }
+
+    /// Anywhere over imagery; `None` of a layer without any.
+    pub fn anywhere(&self, rng: &mut ChaCha8Rng) -> Option<Geodetic> {
+        (0..DRAWS).find_map(|_| self.drawn(rng))
+    }
+
+    /// A place by lot; `None` where it has no imagery.
+    fn drawn(&self, rng: &mut ChaCha8Rng) -> Option<Geodetic> {
+        let (x, y, share) = *self.cells.get(rng.random_range(0..self.cells.len().max(1)))?;
+        let (u, v, lot) = (rng.random::<f64>(), rng.random::<f64>(), rng.random::<f64>());
+        let at = WorldPixel { x_px: (x as f64 + u) * CELL_PX as f64, y_px: (y as f64 + v) * CELL_PX as f64 };
+        at.to_geodetic(self.zoom).ok().filter(|_| lot < share)
     }
 
     fn holds(&self, point: Geodetic) -> bool {

@@ -46,6 +46,11 @@ impl Kind {
         self == Self::Scaled
     }
 
+    /// Whether the frame shows no ground at all, so that no place is more false than another.
+    pub fn is_without_place(self) -> bool {
+        matches!(self, Self::Noise | Self::Water | Self::Blank | Self::Fields | Self::Foreign)
+    }
+
     /// As JSON and the command line spell it.
     pub fn word(self) -> &'static str {
         match self {
