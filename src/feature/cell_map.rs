@@ -10,12 +10,33 @@ pub struct CellMap {
     /// Columns and rows of the blocks, by row, then column.
     blocks: Vec<[i64; 2]>,
     index: HashMap<[i64; 2], usize>,
-    values: Vec<[i8; 4]>,
+    cells: Vec<[u8; 4]>,
+    energies: Vec<u8>,
     mean_energy: f32,
 }
 
 /// Cells of a block.
 const BLOCK: usize = CELLS * CELLS;
+/// A value of 0, and those of an unknown cell, as a window's byte.
+pub const CELL_ZERO: u8 = 128;
+
+/// A rectangle cut from a map, row by row.
+#[derive(Debug, Clone)]
+pub struct CellWindow {
+    width: usize,
+    /// Values, each with [`CELL_ZERO`] added; [`CELL_ZERO`] where a cell is unknown.
+    pub cells: Vec<[u8; 4]>,
+    /// [`cell_energy`]; 0 where a cell is unknown, and nowhere else.
+    pub energies: Vec<u8>,
+}
+
+impl CellWindow {
+    /// With nothing in it.
+    pub fn new(width: usize, height: usize) -> Self {
+        let count = width * height;
+        Self { width, cells: vec![[CELL_ZERO; 4]; count], energies: vec![0; count] }
+    }
+}
 
 impl CellMap {
     /// Of a level's tiles: column, row and blob of each, in any order; blobs of another length are left out.
@@ -24,16 +45,22 @@ impl CellMap {
         tiles.sort_by_key(|([column, row], _)| [*row, *column]);
         let blocks = tiles.iter().map(|&([column, row], _)| [i64::from(column), i64::from(row)]).collect();
         let bytes = tiles.iter().flat_map(|(_, blob)| blob.chunks_exact(4));
-        let values = bytes.map(|b| [b[0] as i8, b[1] as i8, b[2] as i8, b[3] as i8]).collect();
+        let values = bytes.map(|b| [b[0] as i8, b[1] as i8, b[2] as i8, b[3] as i8]);
         Self::from_blocks(1, blocks, values)
     }
 
-    fn from_blocks(pitch: usize, blocks: Vec<[i64; 2]>, values: Vec<[i8; 4]>) -> Self {
+    fn from_blocks(pitch: usize, blocks: Vec<[i64; 2]>, values: impl Iterator<Item = [i8; 4]>) -> Self {
         let index = blocks.iter().enumerate().map(|(i, &block)| (block, i)).collect();
-        let known = || values.iter().filter(|v| v[0] != MISSING);
-        let total: u64 = known().map(|v| u64::from(cell_energy(*v))).sum();
-        let mean_energy = total as f32 / known().count().max(1) as f32;
-        Self { pitch, blocks, index, values, mean_energy }
+        let (mut cells, mut energies) = (Vec::with_capacity(blocks.len() * BLOCK), Vec::with_capacity(blocks.len() * BLOCK));
+        for value in values {
+            let is_known = value[0] != MISSING;
+            cells.push(if is_known { value.map(|v| (v as u8).wrapping_add(CELL_ZERO)) } else { [CELL_ZERO; 4] });
+            energies.push(if is_known { cell_energy(value) } else { 0 });
+        }
+        let total: u64 = energies.iter().map(|&e| u64::from(e)).sum();
+        let known = energies.iter().filter(|&&e| e > 0).count();
+        let mean_energy = total as f32 / known.max(1) as f32;
+        Self { pitch, blocks, index, cells, energies, mean_energy }
     }
 
     /// Mean of [`cell_energy`] over all known cells.
@@ -53,31 +80,25 @@ impl CellMap {
 
     /// Memory held, bytes, about.
     pub fn bytes(&self) -> usize {
-        self.values.len() * size_of::<[i8; 4]>()
+        self.cells.len() * size_of::<[u8; 4]>() + self.energies.len()
     }
 
-    /// Calls `found` for each cell of a window that is known, with its position in the window.
-    pub fn for_each_in(
-        &self,
-        left: i64,
-        top: i64,
-        width: usize,
-        height: usize,
-        mut found: impl FnMut(usize, usize, [i8; 4]),
-    ) {
+    /// Fills a window whose first cell is (`left`, `top`).
+    pub fn cut(&self, left: i64, top: i64, window: &mut CellWindow) {
+        window.cells.fill([CELL_ZERO; 4]);
+        window.energies.fill(0);
         let size = CELLS as i64;
-        let (right, bottom) = (left + width as i64, top + height as i64);
+        let (right, bottom) = (left + window.width as i64, top + (window.cells.len() / window.width.max(1)) as i64);
         for row in top.div_euclid(size)..=(bottom - 1).div_euclid(size) {
             for column in left.div_euclid(size)..=(right - 1).div_euclid(size) {
                 let Some(&block) = self.index.get(&[column, row]) else { continue };
-                let values = &self.values[block * BLOCK..(block + 1) * BLOCK];
+                let (from, to) = (left.max(column * size), right.min((column + 1) * size));
+                let count = (to - from) as usize;
                 for y in top.max(row * size)..bottom.min((row + 1) * size) {
-                    for x in left.max(column * size)..right.min((column + 1) * size) {
-                        let value = values[((y - row * size) * size + x - column * size) as usize];
-                        if value[0] != MISSING {
-                            found((x - left) as usize, (y - top) as usize, value);
-                        }
-                    }
+                    let source = block * BLOCK + ((y - row * size) * size + from - column * size) as usize;
+                    let target = (y - top) as usize * window.width + (from - left) as usize;
+                    window.cells[target..][..count].copy_from_slice(&self.cells[source..][..count]);
+                    window.energies[target..][..count].copy_from_slice(&self.energies[source..][..count]);
                 }
             }
         }
@@ -94,18 +115,29 @@ impl CellMap {
         let mut blocks: Vec<[i64; 2]> = self.blocks.iter().flat_map(|b| covering(*b, pitch as i64)).collect();
         blocks.sort_by_key(|&[column, row]| [row, column]);
         blocks.dedup();
-        let values = blocks.iter().flat_map(|&block| self.merged_block(block, pitch, kernel)).collect();
-        Self::from_blocks(pitch, blocks, values)
-    }
-
-    fn merged_block(&self, block: [i64; 2], pitch: usize, kernel: &[f32]) -> Vec<[i8; 4]> {
         let reach = (kernel.len() - pitch) / 2;
         let side = CELLS * pitch + 2 * reach;
-        let mut fine = vec![[0f32; 5]; side * side];
-        let corner = block.map(|b| b * (CELLS * pitch) as i64 - reach as i64);
-        self.for_each_in(corner[0], corner[1], side, side, |x, y, v| {
-            fine[y * side + x] = [f32::from(v[0]), f32::from(v[1]), f32::from(v[2]), f32::from(v[3]), 1.0];
-        });
+        let mut window = CellWindow::new(side, side);
+        let values: Vec<[i8; 4]> = blocks
+            .iter()
+            .flat_map(|&block| {
+                let [left, top] = block.map(|b| b * (CELLS * pitch) as i64 - reach as i64);
+                self.cut(left, top, &mut window);
+                merged_block(&window, pitch, kernel)
+            })
+            .collect();
+        Self::from_blocks(pitch, blocks, values.into_iter())
+    }
+}
+
+/// The merged cells of a window as wide as they and the kernel's reach.
+fn merged_block(window: &CellWindow, pitch: usize, kernel: &[f32]) -> Vec<[i8; 4]> {
+    let side = window.width;
+    let value = |v: u8| f32::from(v) - f32::from(CELL_ZERO);
+    let known = |(v, &e): (&[u8; 4], &u8)| {
+        if e > 0 { [value(v[0]), value(v[1]), value(v[2]), value(v[3]), 1.0] } else { [0.0; 5] }
+    };
+    let fine: Vec<[f32; 5]> = window.cells.iter().zip(&window.energies).map(known).collect();
         let weigh = |cells: &mut dyn Iterator<Item = [f32; 5]>| {
             cells.zip(kernel).fold([0f32; 5], |sum, (v, w)| std::array::from_fn(|i| sum[i] + w * v[i]))
         };
@@ -122,13 +154,12 @@ impl CellMap {
                 if weight < LEAST_VALID { [MISSING; 4] } else { [a, b, c, d].map(|v| (v / weight).round() as i8) }
             })
             .collect()
-    }
 }
 
-/// How much a cell says: the sum of its values' squares, in 64ths, at most 255.
+/// How much a cell says: the sum of its values' squares, in 64ths, from 1 to 255.
 pub fn cell_energy(values: [i8; 4]) -> u8 {
     let sum: u32 = values.iter().map(|&v| i32::from(v).pow(2).unsigned_abs()).sum();
-    (sum / 64).min(255) as u8
+    (sum / 64).clamp(1, 255) as u8
 }
 
 /// The blocks of merged cells that a block contributes to.
@@ -154,15 +185,13 @@ mod tests {
         let map = CellMap::of_tiles(vec![([6, 9], tile(10)), ([5, 9], tile(10)), ([40, 2], tile(-7))]);
         for pitch in [2, 3] {
             let merged = map.merged(pitch);
-            let mut seen = 0;
             let scale = pitch as i64;
-            let left = 5 * 32 / scale + 1;
-            merged.for_each_in(left, 9 * 32 / scale + 1, 60 / pitch, 28 / pitch, |_, _, v| {
-                seen += 1;
-                assert_eq!(v, [10; 4]);
-            });
-            assert_eq!(seen, (60 / pitch) * (28 / pitch));
-            merged.for_each_in(41 * 32 / scale + 2, 2 * 32 / scale, 9, 9, |_, _, _| panic!("there is nothing"));
+            let mut window = CellWindow::new(60 / pitch, 28 / pitch);
+            merged.cut(5 * 32 / scale + 1, 9 * 32 / scale + 1, &mut window);
+            assert!(window.cells.iter().all(|&v| v == [CELL_ZERO + 10; 4]));
+            assert!(window.energies.iter().all(|&e| e == 6));
+            merged.cut(41 * 32 / scale + 2, 2 * 32 / scale, &mut window);
+            assert!(window.cells.iter().all(|&v| v == [CELL_ZERO; 4]) && window.energies.iter().all(|&e| e == 0));
         }
     }
 

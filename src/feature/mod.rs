@@ -6,6 +6,6 @@ mod cells;
 pub mod keypoint;
 mod structure;
 
-pub use cell_map::{CellMap, cell_energy};
+pub use cell_map::{CELL_ZERO, CellMap, CellWindow, cell_energy};
 pub use cells::{CELL_PX, CELLS, CELLS_BLOB_LEN, LEAST_VALID, MISSING, cells_of};
 pub use structure::{BORDER_PX, CHANNEL_ONE, ENERGY_ONE, Structure};

@@ -19,6 +19,7 @@ use crate::store::{Layer, Reader};
 use crate::tile::{Gsd, TILE_SIZE_PX, WorldPixel, gsd_at};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A frame's edge (square root of its area) has at least this many merged cells.
 const LEAST_EDGE_CELLS: f64 = 6.5;
@@ -29,6 +30,8 @@ const CELL_STEPS: f64 = 3.0;
 const CANDIDATES: f64 = 4.0;
 /// Of these, one in so many is looked at under all headings and scales between.
 const WEIGHED_AGAIN: usize = 8;
+/// Places of one heading and scale that one thread takes at a time.
+const WEIGHED_TOGETHER: usize = 512;
 /// Places handed on, the likeliest first: these, and these when the first leave any doubt.
 const HANDED_ON: [usize; 2] = [3, 12];
 /// Radius of the coarse search around a place, coarse pixels: a cell and a half on the level of the cells is less.
@@ -201,7 +204,8 @@ impl<'a> WideSearch<'a> {
     /// The places on unmerged cells, under headings and scales around those of the scan.
     fn look_closer(&self, mut candidates: Vec<Candidate>, between: bool, threads: usize) -> Vec<Candidate> {
         candidates.sort_by_key(|c| (c.group(), c.cell));
-        let groups: Vec<&[Candidate]> = candidates.chunk_by(|a, b| a.group() == b.group()).collect();
+        let groups = candidates.chunk_by(|a, b| a.group() == b.group());
+        let groups: Vec<&[Candidate]> = groups.flat_map(|group| group.chunks(WEIGHED_TOGETHER)).collect();
         in_parallel(&groups, threads, &|group| self.look_closer_at(group, between)).concat()
     }
 
@@ -212,7 +216,7 @@ impl<'a> WideSearch<'a> {
         let hypotheses = if between { self.between(hypothesis) } else { vec![hypothesis] };
         let (made, templates): (Vec<_>, Vec<_>) =
             hypotheses.into_iter().filter_map(|h| Some((h, self.template(h, scale, 1, half)?))).unzip();
-        let Some(closer) = Closer::new(templates, self.level.pitch, half) else { return Vec::new() };
+        let Some(mut closer) = Closer::new(templates, self.level.pitch, half) else { return Vec::new() };
         let weigh = |candidate: &Candidate| {
             let best = closer.best(&self.fine, candidate.cell)?;
             Some(Candidate { cell: best.cell, score: best.score, hypothesis: made[best.template], scale })
@@ -279,15 +283,21 @@ impl<'a> WideSearch<'a> {
     }
 }
 
-/// `work` of every item, in their order.
+/// `work` of every item, in their order; who is free takes the next.
 fn in_parallel<I: Sync, R: Send>(items: &[I], threads: usize, work: &(dyn Fn(&I) -> R + Sync)) -> Vec<R> {
     if threads <= 1 {
         return items.iter().map(work).collect();
     }
-    let share = items.len().div_ceil(threads).max(1);
-    std::thread::scope(|scope| {
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        items.get(index).map(|item| (index, work(item)))
+    };
+    let mut done: Vec<(usize, R)> = std::thread::scope(|scope| {
         let handles: Vec<_> =
-            items.chunks(share).map(|chunk| scope.spawn(move || chunk.iter().map(work).collect::<Vec<_>>())).collect();
+            (0..threads).map(|_| scope.spawn(|| std::iter::from_fn(take).collect::<Vec<_>>())).collect();
         handles.into_iter().flat_map(|h| h.join().expect("a comparison does not panic")).collect()
-    })
+    });
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
 }

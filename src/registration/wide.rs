@@ -6,7 +6,7 @@
 
 use super::cell_dots::{COLUMNS_STEP, ROWS_STEP, TemplateCell, cell_dots};
 pub use super::cell_template::{CellTemplate, CellView};
-use crate::feature::{CELLS, CellMap, cell_energy};
+use crate::feature::{CELL_ZERO, CELLS, CellMap, CellWindow};
 use crate::simd::dispatch;
 use std::cmp::Ordering;
 
@@ -19,8 +19,6 @@ const LEAST_ENERGY_SHARE: f32 = 0.1;
 /// Templates so many numbers apart have their maxima in common: neighbours in heading each have their own, for on few cells a
 /// grid of roads fits as well a step of heading away.
 const APART: usize = 6;
-/// What an unknown cell and a value of 0 are in a window's byte.
-const ZERO: u8 = 128;
 
 /// A place found by [`scan`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,27 +99,6 @@ fn keep_best(places: &mut Vec<Place>, most: usize) {
     places.sort_by(Place::order);
 }
 
-/// Cells and energies of a window of a map, unknown ones neutral.
-struct Window {
-    cells: Vec<[u8; 4]>,
-    energy: Vec<u8>,
-    known: Vec<bool>,
-}
-
-impl Window {
-    fn of(map: &CellMap, corner: [i64; 2], width: usize, height: usize) -> Self {
-        let count = width * height;
-        let mut window = Self { cells: vec![[ZERO; 4]; count], energy: vec![0; count], known: vec![false; count] };
-        map.for_each_in(corner[0], corner[1], width, height, |x, y, values| {
-            let i = y * width + x;
-            window.cells[i] = values.map(|v| (v as u8).wrapping_add(ZERO));
-            window.energy[i] = cell_energy(values);
-            window.known[i] = true;
-        });
-        window
-    }
-}
-
 /// Cells along a block's edge with a template's reach on both sides, and lanes that are loaded beyond.
 const SCAN_WIDTH: usize = CELLS + 2 * (SCAN_HALF + 1);
 
@@ -135,14 +112,14 @@ struct Laid {
 
 impl Laid {
     fn of(template: &CellTemplate) -> Self {
-        let zero = i32::from(ZERO) * template.total();
+        let zero = i32::from(CELL_ZERO) * template.total();
         Self { cells: template.laid_out(SCAN_WIDTH, SCAN_HALF), zero, scale: template.norm().sqrt().recip() }
     }
 }
 
 /// A block and what is around it.
 struct Scene {
-    window: Window,
+    window: CellWindow,
     /// For each place one over the square root of the energy around; 0 where nothing is known.
     weights: Vec<f32>,
     compared: usize,
@@ -150,13 +127,14 @@ struct Scene {
 
 impl Scene {
     fn of(map: &CellMap, block: [i64; 2]) -> Self {
-        let corner = block.map(|b| b * CELLS as i64 - SCAN_HALF as i64);
-        let window = Window::of(map, corner, SCAN_WIDTH, SCAN_WIDTH);
+        let [left, top] = block.map(|b| b * CELLS as i64 - SCAN_HALF as i64);
+        let mut window = CellWindow::new(SCAN_WIDTH, SCAN_WIDTH);
+        map.cut(left, top, &mut window);
         let around = 2 * ENERGY_HALF + 1;
         let least = (LEAST_ENERGY_SHARE * map.mean_energy() * (around * around) as f32).max(1.0);
         let inset = SCAN_HALF - ENERGY_HALF;
         let mut across = vec![0u32; SCAN_WIDTH * CELLS];
-        for (row, sums) in window.energy.chunks_exact(SCAN_WIDTH).zip(across.chunks_exact_mut(CELLS)) {
+        for (row, sums) in window.energies.chunks_exact(SCAN_WIDTH).zip(across.chunks_exact_mut(CELLS)) {
             for (x, sum) in sums.iter_mut().enumerate() {
                 *sum = row[x + inset..x + inset + around].iter().map(|&e| u32::from(e)).sum();
             }
@@ -164,7 +142,7 @@ impl Scene {
         let weight = |i: usize| {
             let (x, y) = (i % CELLS, i / CELLS);
             let energy: u32 = (y + inset..y + inset + around).map(|y| across[y * CELLS + x]).sum();
-            let is_known = window.known[(y + SCAN_HALF) * SCAN_WIDTH + x + SCAN_HALF];
+            let is_known = window.energies[(y + SCAN_HALF) * SCAN_WIDTH + x + SCAN_HALF] > 0;
             if is_known { (energy as f32).max(least).sqrt().recip() } else { 0.0 }
         };
         let weights: Vec<f32> = (0..CELLS * CELLS).map(weight).collect();
@@ -232,6 +210,10 @@ pub struct Closer {
     templates: Vec<(CellTemplate, Vec<TemplateCell>)>,
     /// The cells of the first, which stand for those of all.
     mask: Vec<TemplateCell>,
+    window: CellWindow,
+    energies: Vec<[u8; 4]>,
+    sums: Vec<i32>,
+    energy: Vec<i32>,
 }
 
 impl Closer {
@@ -239,37 +221,39 @@ impl Closer {
     /// a place. `None` where there is no template.
     pub fn new(templates: Vec<CellTemplate>, reach: usize, half: usize) -> Option<Self> {
         let width = COLUMNS_STEP + 2 * half;
+        let rows = (2 * reach + 1).next_multiple_of(ROWS_STEP);
         let mask = templates.first()?.mask_laid_out(width, half);
         let lay = |t: CellTemplate| {
             let laid = t.laid_out(width, half);
             (t, laid)
         };
-        Some(Self { reach, half, templates: templates.into_iter().map(lay).collect(), mask })
+        let window = CellWindow::new(width, rows + 2 * half);
+        let energies = vec![[0; 4]; window.energies.len()];
+        let templates = templates.into_iter().map(lay).collect();
+        let sums = vec![0; rows * COLUMNS_STEP];
+        Some(Self { reach, half, templates, mask, window, energies, energy: sums.clone(), sums })
     }
 
     /// The best around a cell of an unmerged map: the cell under the template's middle, the template and its score, here
     /// over the very cells that it covers.
-    pub fn best(&self, map: &CellMap, cell: [i64; 2]) -> Option<Place> {
-        let Self { reach, half, .. } = *self;
-        let places = 2 * reach + 1;
-        let rows = places.next_multiple_of(ROWS_STEP);
-        let (width, height) = (COLUMNS_STEP + 2 * half, rows + 2 * half);
-        let window = Window::of(map, cell.map(|c| c - (reach + half) as i64), width, height);
-        let energies: Vec<[u8; 4]> = window.energy.iter().map(|&e| [e, 0, 0, 0]).collect();
-        let (mut sums, mut energy) = (vec![0; rows * COLUMNS_STEP], vec![0; rows * COLUMNS_STEP]);
-        cell_dots(&energies, width, &self.mask, COLUMNS_STEP, &mut energy);
-        let least = (LEAST_ENERGY_SHARE * map.mean_energy() * self.mask.len() as f32).max(1.0);
-        let weights: Vec<f32> = energy.iter().map(|&e| (e as f32).max(least).sqrt().recip()).collect();
+    pub fn best(&mut self, map: &CellMap, cell: [i64; 2]) -> Option<Place> {
+        let Self { reach, half, templates, mask, window, energies, sums, energy } = self;
+        let (places, width) = (2 * *reach + 1, COLUMNS_STEP + 2 * *half);
+        let [left, top] = cell.map(|c| c - (*reach + *half) as i64);
+        map.cut(left, top, window);
+        energies.iter_mut().zip(&window.energies).for_each(|(to, &e)| to[0] = e);
+        cell_dots(energies, width, mask, COLUMNS_STEP, energy);
+        let least = (LEAST_ENERGY_SHARE * map.mean_energy() * mask.len() as f32).max(1.0);
         let mut best: Option<Place> = None;
-        for (index, (template, laid)) in self.templates.iter().enumerate() {
-            cell_dots(&window.cells, width, laid, COLUMNS_STEP, &mut sums);
-            let zero = i32::from(ZERO) * template.total();
+        for (index, (template, laid)) in templates.iter().enumerate() {
+            cell_dots(&window.cells, width, laid, COLUMNS_STEP, sums);
+            let zero = i32::from(CELL_ZERO) * template.total();
             let scale = template.norm().sqrt().recip();
             for (x, y) in (0..places).flat_map(|y| (0..places).map(move |x| (x, y))) {
                 let i = y * COLUMNS_STEP + x;
-                let score = (sums[i] - zero) as f32 * scale * weights[i];
+                let score = (sums[i] - zero) as f32 * scale / (energy[i] as f32).max(least).sqrt();
                 if best.is_none_or(|b| score > b.score) {
-                    let cell = [cell[0] + x as i64 - reach as i64, cell[1] + y as i64 - reach as i64];
+                    let cell = [cell[0] + x as i64 - *reach as i64, cell[1] + y as i64 - *reach as i64];
                     best = Some(Place { cell, template: index, score });
                 }
             }
@@ -344,7 +328,7 @@ mod tests {
         for threads in [2, 3, 7] {
             assert_eq!(scan(&merged, merged.blocks(), &templates, 50, threads, &|_, _| true), found);
         }
-        let closer = Closer::new(vec![view.template(heading_rad, 1.0, 16.0, 16).unwrap()], 2, 16).unwrap();
+        let mut closer = Closer::new(vec![view.template(heading_rad, 1.0, 16.0, 16).unwrap()], 2, 16).unwrap();
         let best = closer.best(&fine, found.places[0].cell.map(|c| 2 * c + 1)).unwrap();
         assert!(off(best.cell, 16.0) < 16.0 && best.score > found.places[0].score, "{best:?}");
     }
