@@ -51,7 +51,8 @@ impl CellMap {
 
     fn from_blocks(pitch: usize, blocks: Vec<[i64; 2]>, values: impl Iterator<Item = [i8; 4]>) -> Self {
         let index = blocks.iter().enumerate().map(|(i, &block)| (block, i)).collect();
-        let (mut cells, mut energies) = (Vec::with_capacity(blocks.len() * BLOCK), Vec::with_capacity(blocks.len() * BLOCK));
+        let (mut cells, mut energies) =
+            (Vec::with_capacity(blocks.len() * BLOCK), Vec::with_capacity(blocks.len() * BLOCK));
         for value in values {
             let is_known = value[0] != MISSING;
             cells.push(if is_known { value.map(|v| (v as u8).wrapping_add(CELL_ZERO)) } else { [CELL_ZERO; 4] });
@@ -138,22 +139,22 @@ fn merged_block(window: &CellWindow, pitch: usize, kernel: &[f32]) -> Vec<[i8; 4
         if e > 0 { [value(v[0]), value(v[1]), value(v[2]), value(v[3]), 1.0] } else { [0.0; 5] }
     };
     let fine: Vec<[f32; 5]> = window.cells.iter().zip(&window.energies).map(known).collect();
-        let weigh = |cells: &mut dyn Iterator<Item = [f32; 5]>| {
-            cells.zip(kernel).fold([0f32; 5], |sum, (v, w)| std::array::from_fn(|i| sum[i] + w * v[i]))
-        };
-        let across: Vec<[f32; 5]> = (0..side * CELLS)
-            .map(|i| {
-                let (x, y) = (i % CELLS * pitch, i / CELLS);
-                weigh(&mut fine[y * side + x..][..kernel.len()].iter().copied())
-            })
-            .collect();
-        let down = |x: usize, y: usize| weigh(&mut (0..kernel.len()).map(|k| across[(y * pitch + k) * CELLS + x]));
-        (0..BLOCK)
-            .map(|i| {
-                let [a, b, c, d, weight] = down(i % CELLS, i / CELLS);
-                if weight < LEAST_VALID { [MISSING; 4] } else { [a, b, c, d].map(|v| (v / weight).round() as i8) }
-            })
-            .collect()
+    let weigh = |cells: &mut dyn Iterator<Item = [f32; 5]>| {
+        cells.zip(kernel).fold([0f32; 5], |sum, (v, w)| std::array::from_fn(|i| sum[i] + w * v[i]))
+    };
+    let across: Vec<[f32; 5]> = (0..side * CELLS)
+        .map(|i| {
+            let (x, y) = (i % CELLS * pitch, i / CELLS);
+            weigh(&mut fine[y * side + x..][..kernel.len()].iter().copied())
+        })
+        .collect();
+    let down = |x: usize, y: usize| weigh(&mut (0..kernel.len()).map(|k| across[(y * pitch + k) * CELLS + x]));
+    (0..BLOCK)
+        .map(|i| {
+            let [a, b, c, d, weight] = down(i % CELLS, i / CELLS);
+            if weight < LEAST_VALID { [MISSING; 4] } else { [a, b, c, d].map(|v| (v / weight).round() as i8) }
+        })
+        .collect()
 }
 
 /// How much a cell says: the sum of its values' squares, in 64ths, from 1 to 255.

@@ -12,8 +12,9 @@ use std::cmp::Ordering;
 
 /// Farthest cell of a template of [`scan`] from its middle.
 pub const SCAN_HALF: usize = 7;
-/// Around a place, the square whose energy stands for what lies under any template: a frame's edge has some eight cells.
-const ENERGY_HALF: usize = 3;
+/// Around a place, the square whose energy stands for what lies under any template: a frame's edge has 10 to 15 cells. Where
+/// it is much smaller than the template, dull ground beside bold edges outshines the right place.
+const ENERGY_HALF: usize = 5;
 /// A place with less than this share of the map's mean energy is compared as if it had that much.
 const LEAST_ENERGY_SHARE: f32 = 0.1;
 /// Templates so many numbers apart have their maxima in common: neighbours in heading each have their own, for on few cells a
@@ -132,20 +133,8 @@ impl Scene {
         map.cut(left, top, &mut window);
         let around = 2 * ENERGY_HALF + 1;
         let least = (LEAST_ENERGY_SHARE * map.mean_energy() * (around * around) as f32).max(1.0);
-        let inset = SCAN_HALF - ENERGY_HALF;
-        let mut across = vec![0u32; SCAN_WIDTH * CELLS];
-        for (row, sums) in window.energies.chunks_exact(SCAN_WIDTH).zip(across.chunks_exact_mut(CELLS)) {
-            for (x, sum) in sums.iter_mut().enumerate() {
-                *sum = row[x + inset..x + inset + around].iter().map(|&e| u32::from(e)).sum();
-            }
-        }
-        let weight = |i: usize| {
-            let (x, y) = (i % CELLS, i / CELLS);
-            let energy: u32 = (y + inset..y + inset + around).map(|y| across[y * CELLS + x]).sum();
-            let is_known = window.energies[(y + SCAN_HALF) * SCAN_WIDTH + x + SCAN_HALF] > 0;
-            if is_known { (energy as f32).max(least).sqrt().recip() } else { 0.0 }
-        };
-        let weights: Vec<f32> = (0..CELLS * CELLS).map(weight).collect();
+        let mut weights = vec![0.0; CELLS * CELLS];
+        weigh(&window.energies, least, &mut weights);
         let compared = weights.iter().filter(|&&w| w > 0.0).count();
         Self { window, weights, compared }
     }
@@ -183,22 +172,62 @@ dispatch! {
     }
 }
 
-impl Best {
-    /// Places above `least` that no neighbour within the block exceeds.
-    fn maxima(&self, block: [i64; 2], least: f32) -> impl Iterator<Item = Place> + '_ {
-        let size = CELLS as isize;
-        let inside = move |v: isize| (0..size).contains(&v);
-        let at = move |x: isize, y: isize| self.scores[(y * size + x) as usize];
-        (0..size).flat_map(move |y| (0..size).map(move |x| (x, y))).filter_map(move |(x, y)| {
-            let score = at(x, y);
-            if score <= least {
-                return None;
+dispatch! {
+    /// For each place of a block one over the square root of the energy around, at least of `least`; 0 where its cell is
+    /// unknown.
+    fn weigh(energies: &[u8], least: f32, weights: &mut [f32]) {
+        const INSET: usize = SCAN_HALF - ENERGY_HALF;
+        let mut across = [[0u16; CELLS]; SCAN_WIDTH];
+        for (row, sums) in energies.chunks_exact(SCAN_WIDTH).zip(&mut across) {
+            for shift in 0..=2 * ENERGY_HALF {
+                for (sum, &e) in sums.iter_mut().zip(&row[INSET + shift..][..CELLS]) {
+                    *sum += u16::from(e);
+                }
             }
-            let mut around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
-            let is_peak = around.all(|(i, j)| !inside(i) || !inside(j) || at(i, j) <= score);
-            let cell = [block[0] * size as i64 + x as i64, block[1] * size as i64 + y as i64];
-            let template = self.templates[(y * size + x) as usize] as usize;
-            is_peak.then_some(Place { cell, template, score })
+        }
+        for (y, out) in weights.chunks_exact_mut(CELLS).enumerate() {
+            let mut sums = [0u16; CELLS];
+            for row in &across[y + INSET..=y + INSET + 2 * ENERGY_HALF] {
+                (0..CELLS).for_each(|x| sums[x] += row[x]);
+            }
+            let middle = &energies[(y + SCAN_HALF) * SCAN_WIDTH + SCAN_HALF..][..CELLS];
+            for x in 0..CELLS {
+                let weight = 1.0 / f32::from(sums[x]).max(least).sqrt();
+                out[x] = if middle[x] > 0 { weight } else { 0.0 };
+            }
+        }
+    }
+}
+
+dispatch! {
+    /// The highest of each place's neighbours within the block, itself among them.
+    fn highest_around(scores: &[f32], highest: &mut [f32]) {
+        let mut across = [[0f32; CELLS]; CELLS + 2];
+        for (row, out) in scores.chunks_exact(CELLS).zip(&mut across[1..]) {
+            out.copy_from_slice(row);
+            for x in 1..CELLS {
+                out[x] = out[x].max(row[x - 1]);
+                out[x - 1] = out[x - 1].max(row[x]);
+            }
+        }
+        for (y, out) in highest.chunks_exact_mut(CELLS).enumerate() {
+            for x in 0..CELLS {
+                out[x] = across[y][x].max(across[y + 1][x]).max(across[y + 2][x]);
+            }
+        }
+    }
+}
+
+impl Best {
+    /// Places above `least`, itself at least 0, that no neighbour within the block exceeds.
+    fn maxima(&self, block: [i64; 2], least: f32) -> impl Iterator<Item = Place> + '_ {
+        let mut highest = vec![0.0; self.scores.len()];
+        highest_around(&self.scores, &mut highest);
+        (0..self.scores.len()).filter_map(move |i| {
+            let score = self.scores[i];
+            let cell = [block[0] * CELLS as i64 + (i % CELLS) as i64, block[1] * CELLS as i64 + (i / CELLS) as i64];
+            let template = self.templates[i] as usize;
+            (score > least && score >= highest[i]).then_some(Place { cell, template, score })
         })
     }
 }
