@@ -83,6 +83,17 @@ pub enum View {
     },
 }
 
+impl View {
+    /// The view of a frame whose pixels are each `reduction` x `reduction` of those that this is stated for.
+    pub fn reduced(self, reduction: u32) -> Self {
+        match self {
+            Self::Nadir { gsd_m_per_px } => Self::Nadir { gsd_m_per_px: gsd_m_per_px * f64::from(reduction) },
+            // Intrinsics state their own size.
+            posed @ Self::Posed { .. } => posed,
+        }
+    }
+}
+
 /// Pitch and roll beyond this are refused: the flat ground seen so obliquely is no map.
 const MAX_OFF_NADIR_DEG: f64 = 45.0;
 

@@ -8,7 +8,7 @@ use overfly::explain::Explanation;
 use overfly::geodesy::Geodetic;
 use overfly::locate::candidates::default_layer;
 use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly::raster::{read_colour_frame, read_frame};
+use overfly::raster::{ReducedFrame, read_colour_frame, read_large_frame};
 use overfly::store::Reader;
 use std::path::PathBuf;
 
@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         let remedy = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera";
         Failure::unusable("no_scale", anyhow::anyhow!(remedy))
     })?;
-    let frame = read_frame(&args.image)?;
+    let ReducedFrame { gray: frame, reduction } = read_large_frame(&args.image)?;
     let store = Reader::open(&args.db)?;
     let layer = match &args.layer {
         Some(name) => name.clone(),
@@ -91,11 +91,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             heading_rad: heading_deg.to_radians(),
             sigma_rad: args.heading_sigma_deg.to_radians(),
         }),
-        view,
+        view: view.reduced(reduction),
         scale_sigma_ratio: args.height_sigma_ratio,
         time_s: args.time_s,
     };
-    let answer = locate(&store, &frame, &request, args.threads.get())?;
+    let answer = locate(&store, &frame, &request, args.threads.get())?.in_pixels_of(reduction);
     if let Some(folder) = &args.pictures {
         make_folder(folder)?;
         let colour = read_colour_frame(&args.image)?;

@@ -83,6 +83,16 @@ pub struct NoFix {
     pub elapsed_ms: f64,
 }
 
+impl Answer {
+    /// The answer for a frame of which `reduction` x `reduction` pixels were made one.
+    pub fn in_pixels_of(self, reduction: u32) -> Self {
+        match self {
+            Self::Fix(fix) => Self::Fix(Fix { gsd_m_per_px: fix.gsd_m_per_px / f64::from(reduction), ..fix }),
+            none @ Self::NoFix(_) => none,
+        }
+    }
+}
+
 /// Why there is no fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

@@ -118,7 +118,7 @@ impl Judge<'_> {
         let mut candidates = Vec::new();
         for refined in found.into_iter().take(WEIGHED) {
             let standing = standing_of(self.map, self.frame, &refined)?;
-            let by_chance = evidence::log10_peak_by_chance(standing, coarse.places);
+            let by_chance = evidence::log10_peak_by_chance(standing, refined.windows, coarse.places);
             let log10_false_alarms = by_chance + refined.log10_accidents;
             candidates.push(Candidate { refined, standing, log10_false_alarms });
         }

@@ -79,21 +79,25 @@ pub fn read_frame(path: &Path) -> Result<Gray, FrameError> {
 /// # Errors
 /// As [`read_frame`].
 pub fn read_colour_frame(path: &Path) -> Result<Colour, FrameError> {
+    decode(&read_file(path)?, &path.display().to_string(), FrameBounds::default())
+}
+
+/// The bytes of a frame's file.
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, FrameError> {
     let unreadable = |cause| FrameError::Unreadable { path: path.into(), cause };
     let kind = std::fs::metadata(path).map_err(unreadable)?;
-    let name = path.display().to_string();
     if !kind.is_file() {
         let cause = std::io::Error::other("no regular file; a folder, pipe or device holds no frame");
         return Err(unreadable(cause));
     }
     if kind.len() > MAX_FILE_BYTES {
         return Err(FrameError::TooLarge {
-            name,
+            name: path.display().to_string(),
             found: format!("{} bytes", kind.len()),
             limit: format!("{MAX_FILE_BYTES} bytes"),
         });
     }
-    decode(&std::fs::read(path).map_err(unreadable)?, &name, FrameBounds::default())
+    std::fs::read(path).map_err(unreadable)
 }
 
 /// The frame in the bytes of a PNG, JPEG or WebP file; `name` is what errors call it.
@@ -114,19 +118,16 @@ pub fn decode_frame_within(bytes: &[u8], name: &str, bounds: FrameBounds) -> Res
 
 fn decode(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Colour, FrameError> {
     let FrameBounds { edge_px, pixels } = bounds;
-    let too_large =
-        |found| FrameError::TooLarge { name: name.into(), found, limit: format!("{pixels} pixels, {edge_px} a side") };
     let bad = |e: image::ImageError| match e {
-        image::ImageError::Limits(e) => too_large(e.to_string()),
-        other => FrameError::NotAnImage { name: name.into(), reason: other.to_string() },
+        image::ImageError::Limits(e) => too_large(name, e.to_string(), bounds),
+        other => not_an_image(name, other),
     };
-    let open = || image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let unreadable = |e: std::io::Error| FrameError::NotAnImage { name: name.into(), reason: e.to_string() };
-    let (width, height) = open().map_err(unreadable)?.into_dimensions().map_err(bad)?;
+    let (_, [width, height]) = header_of(bytes, name, bounds)?;
     if width.max(height) > edge_px || u64::from(width) * u64::from(height) > pixels {
-        return Err(too_large(format!("{width} x {height} pixels")));
+        return Err(too_large(name, format!("{width} x {height} pixels"), bounds));
     }
-    let mut reader = open().map_err(unreadable)?;
+    let mut reader =
+        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| not_an_image(name, e))?;
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(edge_px);
     limits.max_image_height = Some(edge_px);
@@ -136,6 +137,30 @@ fn decode(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Colour, Frame
     let rgb = reader.decode().map_err(bad)?.into_rgb8();
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
     Ok(Colour::from_values(width, height, rgb.into_raw()).expect("three values a pixel"))
+}
+
+/// What a header says: the kind of file, width and height in pixels.
+pub(super) fn header_of(
+    bytes: &[u8],
+    name: &str,
+    bounds: FrameBounds,
+) -> Result<(Option<image::ImageFormat>, [u32; 2]), FrameError> {
+    let reader =
+        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| not_an_image(name, e))?;
+    let format = reader.format();
+    match reader.into_dimensions() {
+        Ok((width, height)) => Ok((format, [width, height])),
+        Err(image::ImageError::Limits(e)) => Err(too_large(name, e.to_string(), bounds)),
+        Err(other) => Err(not_an_image(name, other)),
+    }
+}
+
+pub(super) fn not_an_image(name: &str, cause: impl std::fmt::Display) -> FrameError {
+    FrameError::NotAnImage { name: name.into(), reason: cause.to_string() }
+}
+
+fn too_large(name: &str, found: String, FrameBounds { edge_px, pixels }: FrameBounds) -> FrameError {
+    FrameError::TooLarge { name: name.into(), found, limit: format!("{pixels} pixels, {edge_px} a side") }
 }
 
 #[cfg(test)]

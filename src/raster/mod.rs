@@ -13,6 +13,7 @@ mod frame;
 mod gdal;
 mod gdal_metadata;
 mod georeference;
+mod large_frame;
 mod mapping;
 mod orthophoto;
 mod photo;
@@ -28,4 +29,5 @@ pub use find::{content_hash, find_sources};
 pub use frame::{
     FrameBounds, FrameError, MAX_FILE_BYTES, decode_frame, decode_frame_within, read_colour_frame, read_frame,
 };
+pub use large_frame::{ReducedFrame, read_large_frame, read_large_frame_within};
 pub use orthophoto::{Description, OpenOptions, Orthophoto};

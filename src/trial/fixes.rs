@@ -3,7 +3,7 @@
 use super::{Flight, Frame, TrialError};
 use crate::geodesy::{Enu, Geodetic, LocalFrame};
 use crate::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use crate::raster::read_frame;
+use crate::raster::{ReducedFrame, read_large_frame};
 use crate::store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -93,11 +93,12 @@ impl FixTrial {
         let prior = self.displaced(truth, index);
         let request = self.request(flight, frame, prior);
         let opened = Instant::now();
-        let pixels = read_frame(&frame.path)?;
+        let ReducedFrame { gray: pixels, reduction } = read_large_frame(&frame.path)?;
         let decode_ms = milliseconds(opened);
         let asked = Instant::now();
         let answer = locate(store, &pixels, &request, self.threads)
-            .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?;
+            .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
+            .in_pixels_of(reduction);
         let elapsed_ms = milliseconds(asked);
         let error = match &answer {
             Answer::Fix(fix) => Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)
