@@ -174,4 +174,52 @@ mod tests {
         assert!(Sphere::GROUND.advance(pose(89.9, 0.0, 0.0), step).is_err());
         assert!(Sphere::GROUND.advance(pose(0.0, 0.0, 0.0), Step { right_m: f64::NAN, ..step }).is_err());
     }
+
+    #[test]
+    fn the_geocentric_axes_are_those_of_equation_37() {
+        let at = |latitude_deg: f64, longitude_deg: f64| {
+            Sphere::at_altitude(500.0)
+                .geocentric_from_geodetic(Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap())
+                / (SPHERE_RADIUS_M + 500.0)
+        };
+        for (found, axis) in
+            [(at(0.0, 90.0), Vector3::x()), (at(90.0, 0.0), Vector3::y()), (at(0.0, 0.0), Vector3::z())]
+        {
+            assert!((found - axis).norm() < 1e-12, "{found}");
+        }
+    }
+
+    #[test]
+    fn a_heading_of_90_degrees_shifts_east_as_alpha_minus_90_does_in_38() {
+        // M of (39) with alpha = -90 degrees takes the image's y axis to the east.
+        let shift = geocentric_from_image(pose(30.0, 40.0, 90f64.to_radians())) * Vector2::new(0.0, 1.0);
+        let (sin, cos) = 40f64.to_radians().sin_cos();
+        assert!((shift - Vector3::new(cos, 0.0, -sin)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn equations_39_and_40_are_the_differences_of_37() {
+        // Both steps small against the radius: (37) there less (37) here is the shift, to first order.
+        let (start, step) = (pose(47.0, -120.0, 0.4), Step { right_m: 3.0, ahead_m: 4.0, turn_rad: 0.0 });
+        let end = Sphere::GROUND.advance(start, step).unwrap();
+        let moved = Sphere::GROUND.geocentric_from_geodetic(end.position)
+            - Sphere::GROUND.geocentric_from_geodetic(start.position);
+        let shift = geocentric_from_image(start) * Vector2::new(step.right_m, step.ahead_m);
+        // The sphere falls away by 5^2 / 2 R = 2 micrometres, and bends the circle of latitude as much again.
+        assert!((moved - shift).norm() < 5e-6, "{}", (moved - shift).norm());
+    }
+
+    #[test]
+    fn equation_41_is_the_turned_angle_to_first_order() {
+        let (start, step) = (pose(50.0, 5.0, 1.1), Step { right_m: -300.0, ahead_m: 900.0, turn_rad: 0.2 });
+        let end = Sphere::GROUND.advance(start, step).unwrap();
+        let east_rad = end.position.longitude_rad() - start.position.longitude_rad();
+        let correction = start.position.latitude_rad().sin() * east_rad;
+        let (sin, cos) = (step.turn_rad - start.heading_rad).sin_cos();
+        let (end_sin, end_cos) = (-end.heading_rad).sin_cos();
+        let second_order = correction * correction;
+        assert!(correction.abs() > 1e-5);
+        assert!((end_cos - (cos + sin * correction)).abs() <= second_order);
+        assert!((end_sin - (sin - cos * correction)).abs() <= second_order);
+    }
 }

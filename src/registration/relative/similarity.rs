@@ -71,4 +71,51 @@ mod tests {
         }
         assert!(Similarity::through([[1.0, 1.0].into(); 2], a.map(Vector2::from)).is_none());
     }
+
+    /// (32, 33): where image 2, turned by `theta` and shifted by `t`, sees a point of image 1 (y up, as the paper has it).
+    fn seen_from_image_2(p: [f64; 2], theta: f64, t: [f64; 2]) -> [f64; 2] {
+        let ((sin, cos), x, y) = (theta.sin_cos(), p[0] - t[0], p[1] - t[1]);
+        [cos * x + sin * y, -sin * x + cos * y]
+    }
+
+    /// Cosine, sine and shift from two descriptors by (34), (35) and (36) as printed.
+    fn printed(image_1: [[f64; 2]; 2], image_2: [[f64; 2]; 2]) -> [f64; 4] {
+        let [dx, dy] = [image_1[1][0] - image_1[0][0], image_1[1][1] - image_1[0][1]];
+        let [ex, ey] = [image_2[1][0] - image_2[0][0], image_2[1][1] - image_2[0][1]];
+        let square = ex * ex + ey * ey;
+        let (cos, sin) = ((ex * dx + ey * dy) / square, (ex * dy - ey * dx) / square);
+        let ([x1, y1], [u1, v1]) = (image_1[0], image_2[0]);
+        [cos, sin, -u1 * cos + v1 * sin + x1, -u1 * sin - v1 * cos + y1]
+    }
+
+    #[test]
+    fn two_descriptors_give_turn_and_shift_as_equations_32_to_36_do() {
+        let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.7, [33.0, 88.0]);
+        let seen = d.map(|p| seen_from_image_2(p, theta, t));
+        let [cos, sin, t_x, t_y] = printed(d, seen);
+        assert!((cos - theta.cos()).abs() < 1e-12 && (sin - theta.sin()).abs() < 1e-12);
+        assert!((t_x - t[0]).abs() < 1e-9 && (t_y - t[1]).abs() < 1e-9);
+        let s = Similarity::through(seen.map(Vector2::from), d.map(Vector2::from)).unwrap();
+        assert!((s.c - cos).abs() < 1e-12 && (s.s - sin).abs() < 1e-12);
+        assert!((s.t - Vector2::new(t_x, t_y)).norm() < 1e-9 && (s.scale() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn at_unequal_scale_the_printed_cosine_and_sine_carry_the_scale() {
+        let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.7, [33.0, 88.0]);
+        // Image 2 from a tenth lower: its ground lies 1 / 0.9 times as far from its centre.
+        let seen = d.map(|p| seen_from_image_2(p, theta, t).map(|x| x / 0.9));
+        let [cos, sin, ..] = printed(d, seen);
+        assert!((cos.hypot(sin) - 0.9).abs() < 1e-12 && (cos.acos() - theta).abs() > 0.1);
+        let s = Similarity::through(seen.map(Vector2::from), d.map(Vector2::from)).unwrap();
+        assert!((s.scale() - 0.9).abs() < 1e-12 && (s.rotation_rad() - theta).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_shift_does_not_follow_from_the_turn() {
+        // Straight flight ahead: t = (0, 80), theta = 0. "t_y = t_x tan(theta)" would make t_y 0.
+        let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.0f64, [0.0, 80.0]);
+        let [_, _, t_x, t_y] = printed(d, d.map(|p| seen_from_image_2(p, theta, t)));
+        assert!((t_y - 80.0).abs() < 1e-9 && (t_x * theta.tan()).abs() < 1e-9);
+    }
 }
