@@ -5,6 +5,7 @@ mod candidates;
 mod command_line;
 mod demo;
 mod drawn;
+mod equations;
 mod fixes;
 mod gdal;
 mod hostile_frames;
