@@ -10,6 +10,7 @@ pub mod explain;
 pub mod feature;
 pub mod geodesy;
 pub mod locate;
+pub mod navigate;
 pub mod pixels;
 pub mod raster;
 pub mod region;

@@ -11,6 +11,7 @@ mod demo;
 mod evaluate;
 mod evaluate_motions;
 mod fix;
+mod fly;
 mod info;
 mod motion;
 mod negatives;
@@ -72,6 +73,8 @@ enum Command {
     /// Score registration against truth.
     #[command(subcommand)]
     Evaluate(evaluate::Evaluate),
+    /// Replay a flight in a closed loop, in one coupling mode or all.
+    Fly(Box<fly::Args>),
     /// Serve a store over HTTP.
     Serve(serve::Args),
     /// Print a shell completion script.
@@ -114,6 +117,7 @@ pub fn run() -> ExitCode {
         Command::Fix(args) => fix::run(args, &output),
         Command::Motion(args) => motion::run(args, &output),
         Command::Evaluate(args) => evaluate::run(args, &output),
+        Command::Fly(args) => fly::run(args, &output),
         Command::Serve(args) => serve::run(args, &output),
         Command::Completions(args) => completions::run(args, &output),
     };

@@ -1,6 +1,7 @@
 //! Why a trial cannot be run.
 
 use crate::locate::LocateError;
+use crate::navigate::NavigateError;
 use crate::raster::FrameError;
 use std::path::PathBuf;
 
@@ -102,6 +103,14 @@ pub enum TrialError {
         /// Why.
         cause: LocateError,
     },
+    /// An image gives no position.
+    #[error("{image}: {cause}")]
+    Navigate {
+        /// Which image.
+        image: String,
+        /// Why.
+        cause: NavigateError,
+    },
     /// An option out of range.
     #[error("{name} = {value}: {expected}")]
     Option {
@@ -129,12 +138,13 @@ impl TrialError {
             Self::NotACamera { .. } => "not_a_camera",
             Self::Frame(e) => e.code(),
             Self::Locate { cause, .. } => cause.code(),
+            Self::Navigate { cause, .. } => cause.code(),
             Self::Option { .. } => "bad_option",
         }
     }
 
     /// Whether the input is at fault (and not the work).
     pub fn is_input(&self) -> bool {
-        !matches!(self, Self::Unwritable { .. } | Self::Locate { .. })
+        !matches!(self, Self::Unwritable { .. } | Self::Locate { .. } | Self::Navigate { .. })
     }
 }

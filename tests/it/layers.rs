@@ -20,8 +20,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("build", &["geodesy", "pixels", "tile", "raster", "feature", "store"]),
     ("locate", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "coupling", "region", "store"]),
     ("explain", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "store", "locate"]),
-    ("trial", &["geodesy", "pixels", "tile", "raster", "camera", "registration", "store", "locate"]),
-    ("report", &["geodesy", "pixels", "tile", "camera", "locate", "trial"]),
+    ("navigate", &["geodesy", "pixels", "camera", "registration", "coupling", "store", "locate"]),
+    ("trial", &["geodesy", "pixels", "tile", "raster", "camera", "registration", "store", "locate", "navigate"]),
+    ("report", &["geodesy", "pixels", "tile", "camera", "locate", "navigate", "trial"]),
     (
         "server",
         &[

@@ -1,0 +1,220 @@
+//! `overfly fly`: a flight replayed in a closed loop, in one coupling mode or all.
+
+use super::evaluate::{default_right_m, make_folder};
+use super::number::{any, positive, share};
+use super::{Exit, Failure, Output, default_threads};
+use overfly::locate::candidates::default_layer;
+use overfly::navigate::{Clock, Mode, NavigateOptions, SensorSigmas};
+use overfly::store::Reader;
+use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, Spread, write_positions};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+Truth (the true_ columns of flight.csv) starts the flight and scores it; between, positions come from the images, compass
+and altimeter alone. Modes:
+  sequential  --relative-count relative registrations, then an absolute one, which is waited for
+  parallel    both at once; an absolute result is carried forward by the relative registrations made meanwhile
+  combined    absolute registrations alone, each over all that can have been reached since the last
+  auto        waits for an absolute registration that ends before the next image is due, else lets it run beside
+Beside each stands dead reckoning, relative registrations alone from the true start.
+
+Execution times are --execution-s, or a stated line (0.05 s and 0.001 s a tile), never the machine's: a replay gives the same
+positions everywhere. Troubles for trials: --start-error-m, --blackout, --cloud, --heading-bias-deg.
+
+With --json: an object per mode. --out writes positions.csv and summary.json.
+
+Example:
+  overfly fly --db map.gpkg --flight flights/0716 --mode all --out flown";
+
+/// Arguments of `fly`.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// The store.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// The flight: a folder with flight.csv, camera.toml and images.
+    #[arg(long, value_name = "DIR")]
+    flight: PathBuf,
+    /// Which layer [default: the only one, or ortho].
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// How to couple absolute and relative registration.
+    #[arg(long, value_enum, default_value_t = ModeArg::Auto)]
+    mode: ModeArg,
+    /// n of the sequential mode: images between two absolute registrations.
+    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::new(5).expect("5 is not 0"))]
+    relative_count: NonZeroUsize,
+    /// One standard deviation of the compass, degrees: of what it is wrong by throughout, and of what anew each time.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
+    heading_sigma_deg: f64,
+    /// One standard deviation of the height, as a ratio of it, in the same two ways.
+    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
+    height_sigma_ratio: f64,
+    /// One standard deviation of the start per axis, metres.
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 50.0)]
+    start_sigma_m: f64,
+    /// Speed over ground until images tell it, m/s, trusted to a half.
+    #[arg(long, value_name = "MPS", value_parser = positive, default_value_t = 40.0)]
+    speed_mps: f64,
+    /// Smallest turn radius, metres.
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    min_turn_radius_m: f64,
+    /// Execution time of an absolute registration, whatever it searches, seconds [default: 0.05 and 0.001 a tile].
+    #[arg(long, value_name = "S", value_parser = positive)]
+    execution_s: Option<f64>,
+    /// Execution time of a relative registration, seconds.
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.03)]
+    relative_s: f64,
+    /// Trouble: the stated start lies this far off, in a direction drawn, metres.
+    #[arg(long, value_name = "M", value_parser = any, default_value_t = 0.0, help_heading = "Troubles")]
+    start_error_m: f64,
+    /// Trouble: images FIRST to FIRST + COUNT - 1, counted from 0, are black.
+    #[arg(long, value_name = "FIRST:COUNT", value_parser = blackout, help_heading = "Troubles")]
+    blackout: Option<(usize, usize)>,
+    /// Trouble: this share of the images shows nothing but cloud.
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0, help_heading = "Troubles")]
+    cloud: f64,
+    /// Trouble: the compass says this much too much, degrees.
+    #[arg(long, value_name = "DEG", value_parser = any, default_value_t = 0.0, allow_negative_numbers = true, help_heading = "Troubles")]
+    heading_bias_deg: f64,
+    /// Seed of the troubles.
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Troubles")]
+    seed: u64,
+    /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
+    #[arg(long, value_name = "M", value_parser = positive)]
+    right_m: Option<f64>,
+    /// Threads of each registration.
+    #[arg(long, value_name = "N", default_value_t = default_threads())]
+    threads: NonZeroUsize,
+    /// Write positions.csv and summary.json here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A mode, or all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum ModeArg {
+    Sequential,
+    Parallel,
+    Combined,
+    Auto,
+    All,
+}
+
+impl ModeArg {
+    fn modes(self) -> Vec<Mode> {
+        match self {
+            Self::Sequential => vec![Mode::Sequential],
+            Self::Parallel => vec![Mode::Parallel],
+            Self::Combined => vec![Mode::Combined],
+            Self::Auto => vec![Mode::Auto],
+            Self::All => Mode::ALL.to_vec(),
+        }
+    }
+}
+
+/// `FIRST:COUNT`.
+fn blackout(text: &str) -> Result<(usize, usize), String> {
+    let parse = |t: &str| t.trim().parse::<usize>().ok();
+    let found = text.split_once(':').and_then(|(first, count)| Some((parse(first)?, parse(count)?)));
+    found.ok_or_else(|| "two whole numbers, FIRST:COUNT, like 20:10".into())
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let flight = Flight::read(&args.flight)?;
+    let store = Reader::open(&args.db)?;
+    let layer = match &args.layer {
+        Some(name) => store.layer(name)?,
+        None => default_layer(&store)?,
+    };
+    let right_m = args.right_m.map_or_else(|| default_right_m(&store, layer), Ok)?;
+    args.out.as_deref().map_or(Ok(()), make_folder)?;
+    let modes = args.mode.modes();
+    let bar = output.progress((flight.frames.len() * (modes.len() + 1)) as u64, "images");
+    let trial = FlyTrial { store: &store, flight: &flight, disturbances: args.disturbances() };
+    let fly = |trial: &FlyTrial, mode| trial.run(&args.options(&layer.name, mode), |_| bar.inc(1));
+    // Dead reckoning is what relative registration can do where nothing but its own errors troubles it.
+    let untroubled = FlyTrial { disturbances: Disturbances::default(), ..trial.clone() };
+    let reckoned = fly(&untroubled, Mode::RelativeOnly)?;
+    let mut flown: Vec<(Mode, Vec<FlyOutcome>)> = Vec::new();
+    for mode in modes {
+        flown.push((mode, fly(&trial, mode)?));
+    }
+    bar.finish_and_clear();
+    let scores: Vec<FlyScore> =
+        flown.iter().map(|(mode, outcomes)| FlyScore::of(*mode, outcomes, &reckoned, right_m)).collect();
+    if let Some(folder) = &args.out {
+        output.note(&format!("wrote {}", write_positions(folder, &flown)?.display()));
+        let summary = serde_json::to_vec_pretty(&scores).expect("plain numbers");
+        output.write(&folder.join("summary.json"), &summary)?;
+    }
+    for score in &scores {
+        output.say(score, || text(score));
+    }
+    Ok(Exit::Done)
+}
+
+impl Args {
+    fn disturbances(&self) -> Disturbances {
+        Disturbances {
+            start_error_m: self.start_error_m,
+            blackout: self.blackout,
+            cloud_share: self.cloud,
+            heading_bias_rad: self.heading_bias_deg.to_radians(),
+            seed: self.seed,
+        }
+    }
+
+    fn options(&self, layer: &str, mode: Mode) -> NavigateOptions {
+        let clock = Clock { relative_s: self.relative_s, ..Clock::default() };
+        let clock = match self.execution_s {
+            Some(fixed_s) => Clock { fixed_s, seconds_per_tile: 0.0, ..clock },
+            None => clock,
+        };
+        NavigateOptions {
+            layer: layer.to_owned(),
+            mode,
+            relative_count: self.relative_count.get(),
+            sensors: SensorSigmas {
+                heading_offset_rad: self.heading_sigma_deg.to_radians(),
+                heading_noise_rad: self.heading_sigma_deg.to_radians(),
+                height_offset_ratio: self.height_sigma_ratio,
+                height_noise_ratio: self.height_sigma_ratio,
+            },
+            start_sigma_m: self.start_sigma_m,
+            speed_mps: self.speed_mps,
+            speed_sigma_mps: self.speed_mps / 2.0,
+            min_turn_radius_m: self.min_turn_radius_m,
+            clock,
+            threads: self.threads.get(),
+        }
+    }
+}
+
+fn text(score: &FlyScore) -> String {
+    let spread = |s: &Option<Spread>| {
+        s.map_or("none".into(), |s| format!("median {:.1}, 95 % {:.1}, max {:.1}", s.median, s.p95, s.max))
+    };
+    let recovered = match score.recovered_after_frames {
+        Some(n) => format!("{n} clear images after the last trouble"),
+        None => "never".into(),
+    };
+    format!(
+        "{}\n  images     {} ({} absolute registrations, {} of them fixes, {} false; {} relative ones)\n  position   {} m off\n  \
+         ellipse    {} of the positions have the truth in their own 95 % ellipse\n  within {:.0} m for good: {recovered}\n  \
+         beside it  dead reckoning {} m off",
+        score.mode.word(),
+        score.frames,
+        score.absolute_count,
+        score.fixes,
+        score.wrong,
+        score.relative_count,
+        spread(&score.position_error_m),
+        score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.1} %", 100.0 * c)),
+        score.right_m,
+        spread(&score.dead_reckoning_error_m),
+    )
+}
