@@ -98,7 +98,7 @@ impl<'a> Navigator<'a> {
         let before = self.estimate.clone();
         self.carry(&moved, from)?;
         if matches!(moved, Move::Registered { .. }) && self.options.mode != Mode::Combined {
-            self.velocity = Velocity::seen(&before, &self.estimate, elapsed_s).unwrap_or(self.velocity);
+            self.velocity = self.velocity.seen(&before, &self.estimate, elapsed_s);
         }
         self.last_time_s = image.time_s;
         self.anchors.add(image.clone(), self.estimate.clone(), matches!(moved, Move::Registered { .. }));
@@ -112,7 +112,7 @@ impl<'a> Navigator<'a> {
     }
 
     /// From where, and how, the aircraft came to this image.
-    fn next_move(&self, image: &Image, elapsed_s: f64) -> Result<(Move, Option<Estimate>), NavigateError> {
+    fn next_move(&mut self, image: &Image, elapsed_s: f64) -> Result<(Move, Option<Estimate>), NavigateError> {
         if self.moves_by_registration(image) {
             if let Some((step, from)) = self.anchors.step_to(image, &self.options.sensors)? {
                 return Ok((Move::Registered { step, sensed: image.sensed }, from));
@@ -237,7 +237,7 @@ impl<'a> Navigator<'a> {
         if let Some(mut corrected) = base {
             self.patience.succeeded();
             self.correct(&mut corrected, fix, running)?;
-            self.velocity = self.fixed_velocity(&corrected, running.image.time_s).unwrap_or(self.velocity);
+            self.velocity = self.fixed_velocity(&corrected, running.image.time_s);
             self.fixed = Some((running.image.time_s, corrected.clone()));
             self.replay(&mut corrected, running)?;
             self.anchors.corrected(&corrected);
@@ -263,12 +263,19 @@ impl<'a> Navigator<'a> {
         Ok(())
     }
 
-    /// In the combined mode velocity is known from fixes alone.
-    fn fixed_velocity(&self, corrected: &Estimate, time_s: f64) -> Option<Velocity> {
-        let (last_s, last) = self.fixed.as_ref().filter(|_| self.options.mode == Mode::Combined)?;
-        Velocity::seen(last, corrected, time_s - last_s)
+    /// In the combined mode velocity is known from fixes alone: of images in a row, for between others it may have turned.
+    fn fixed_velocity(&self, corrected: &Estimate, time_s: f64) -> Velocity {
+        let in_a_row = |from_s: f64| self.anchors.interval_s().is_some_and(|s| time_s - from_s < IN_A_ROW * s);
+        match &self.fixed {
+            Some((from_s, from)) if self.options.mode == Mode::Combined && in_a_row(*from_s) => {
+                self.velocity.seen(from, corrected, time_s - from_s)
+            }
+            _ => self.velocity,
+        }
     }
 }
 
+/// Images not farther apart than this many of the last interval lie in a row.
+const IN_A_ROW: f64 = 1.5;
 /// Of a place that only a fix knows of, before it is corrected by that fix.
 const FRESH_SIGMA_M: f64 = 1e4;
