@@ -17,7 +17,7 @@ and altimeter alone. Modes:
   parallel    both at once; an absolute result is carried forward by the relative registrations made meanwhile
   combined    absolute registrations alone, each over all that can have been reached since the last
   auto        waits for an absolute registration that ends before the next image is due, else lets it run beside
-Beside each stands dead reckoning, relative registrations alone from the true start.
+Beside each stands dead reckoning: relative registrations alone, from the true start of each run between pauses, untroubled.
 
 Execution times are --execution-s, or a stated line (0.05 s and 0.001 s a tile), never the machine's: a replay gives the same
 positions everywhere. Troubles for trials: --start-error-m, --blackout, --cloud, --heading-bias-deg.
@@ -135,13 +135,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let modes = args.mode.modes();
     let bar = output.progress((flight.frames.len() * (modes.len() + 1)) as u64, "images");
     let trial = FlyTrial { store: &store, flight: &flight, disturbances: args.disturbances() };
-    let fly = |trial: &FlyTrial, mode| trial.run(&args.options(&layer.name, mode), |_| bar.inc(1));
-    // Dead reckoning is what relative registration can do where nothing but its own errors troubles it.
-    let untroubled = FlyTrial { disturbances: Disturbances::default(), ..trial.clone() };
-    let reckoned = fly(&untroubled, Mode::RelativeOnly)?;
+    let reckoned = trial.reckon(&args.options(&layer.name, Mode::RelativeOnly), |_| bar.inc(1))?;
     let mut flown: Vec<(Mode, Vec<FlyOutcome>)> = Vec::new();
     for mode in modes {
-        flown.push((mode, fly(&trial, mode)?));
+        flown.push((mode, trial.run(&args.options(&layer.name, mode), |_| bar.inc(1))?));
     }
     bar.finish_and_clear();
     let scores: Vec<FlyScore> =

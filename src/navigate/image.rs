@@ -1,4 +1,6 @@
 //! `Image`: one image with what was sensed when it was taken, and the step from one to the next.
+//!
+//! Images are laid level before they are compared: no similarity holds between two that look aside differently.
 
 use super::{Sensed, SensorSigmas, Step};
 use crate::camera::{Camera, CameraError, Intrinsics, View};
@@ -58,11 +60,11 @@ impl Image {
     /// # Errors
     /// As [`Image::camera`].
     pub fn step_to(&self, next: &Self, sigmas: &SensorSigmas) -> Result<Option<Step>, CameraError> {
-        let (own, others) = (self.camera(1.0)?, next.camera(1.0)?);
-        let MotionAnswer::Motion(motion) = register(&self.gray, &next.gray, &MotionPrior::default()) else {
+        let (Some(own), Some(others)) = (Level::of(self)?, Level::of(next)?) else { return Ok(None) };
+        let MotionAnswer::Motion(motion) = register(&own.gray, &others.gray, &MotionPrior::default()) else {
             return Ok(None);
         };
-        Ok(step(&motion, &own, &others).filter(|step| self.agrees(next, step, sigmas)))
+        Ok(Some(step(&motion, &own, &others)).filter(|step| self.agrees(next, step, sigmas)))
     }
 
     fn agrees(&self, next: &Self, step: &Step, sigmas: &SensorSigmas) -> bool {
@@ -74,30 +76,78 @@ impl Image {
     }
 }
 
-/// Of a motion between images of two cameras, each a metre above ground: where the later nadir lies from the earlier.
-fn step(motion: &Motion, own: &Camera, others: &Camera) -> Option<Step> {
-    let [x, y] = others.frame_from_level(0.0, 0.0)?;
+/// An image as a camera that looks straight down would have it.
+struct Level {
+    gray: Gray,
+    /// Where the nadir lies, pixels from the corner; it may lie outside.
+    nadir_px: [f64; 2],
+    /// Ground sample distance from a metre's height.
+    per_height: f64,
+}
+
+/// Relative registration compares no more than this edge (square root of the area); laying level more would gain nothing.
+const MOST_EDGE_PX: f64 = 720.0;
+
+impl Level {
+    /// `None` where the camera sees the horizon.
+    fn of(image: &Image) -> Result<Option<Self>, CameraError> {
+        let camera = image.camera(1.0)?;
+        let edge_px = ((image.gray.width_px() * image.gray.height_px()) as f64).sqrt();
+        let factor = (edge_px / MOST_EDGE_PX).ceil() as usize;
+        let gray = if factor > 1 { image.gray.binned(factor) } else { Gray::clone(&image.gray) };
+        let camera = camera.resized(gray.width_px(), gray.height_px());
+        if image.pitch_rad != 0.0 || image.roll_rad != 0.0 || image.intrinsics.distortion != [0.0; 5] {
+            return Ok(Self::seen(&gray, &camera));
+        }
+        let per_height = camera.gsd_m_per_px();
+        Ok(camera.frame_from_level(0.0, 0.0).map(|nadir_px| Self { gray, nadir_px, per_height }))
+    }
+
+    /// The largest upright rectangle within what the camera sees, at its own resolution straight below.
+    fn seen(gray: &Gray, camera: &Camera) -> Option<Self> {
+        let [upper_left, upper_right, lower_right, lower_left] = camera.footprint_in_level()?;
+        let (left, right) = (upper_left[0].max(lower_left[0]), upper_right[0].min(lower_right[0]));
+        let (far, near) = (upper_left[1].min(upper_right[1]), lower_left[1].max(lower_right[1]));
+        let per_height = camera.gsd_m_per_px();
+        let (width, height) = (((right - left) / per_height).floor(), ((far - near) / per_height).floor());
+        if !(width >= 1.0 && height >= 1.0) {
+            return None;
+        }
+        let (width, height) = (width as usize, height as usize);
+        let value = |i: usize| {
+            let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let at = camera.frame_from_level(left + x * per_height, far - y * per_height);
+            at.map_or(0.0, |[x, y]| gray.sample(x, y))
+        };
+        let values = (0..width * height).map(value).collect();
+        let nadir_px = [-left / per_height, far / per_height];
+        Some(Self { gray: Gray::from_values(width, height, values)?, nadir_px, per_height })
+    }
+}
+
+/// Of a motion between level images: where the later nadir lies from the earlier.
+fn step(motion: &Motion, own: &Level, others: &Level) -> Step {
+    let [x, y] = others.nadir_px;
     let [row_x, row_y] = motion.a_from_b;
     let in_own = [row_x[0] * x + row_x[1] * y + row_x[2], row_y[0] * x + row_y[1] * y + row_y[2]];
-    let per_height = own.level_from_frame(in_own)?;
-    let gsd = own.gsd_m_per_px();
+    let gsd = own.per_height;
+    // Rows run down, ahead is up.
+    let per_height = [(in_own[0] - own.nadir_px[0]) * gsd, (own.nadir_px[1] - in_own[1]) * gsd];
     let [[xx, xy], [yx, yy]] = motion.covariance_px2;
     let length = per_height[0].hypot(per_height[1]);
-    // Rows run down, ahead is up.
     let registered = Matrix2::new(xx, -xy, -yx, yy) * gsd * gsd;
     let covariance = registered + Matrix2::identity() * (STEP_SHARE * length).powi(2);
-    let (w, h) = own.frame_size_px();
-    let lever_px = f64::from(w).hypot(f64::from(h)) / 8.0;
-    let sigma = ((xx + yy) / 2.0).sqrt() / lever_px;
-    let sigma = sigma.hypot(LEAST_TURN_SIGMA);
-    Some(Step {
+    let lever_px = (own.gray.width_px() as f64).hypot(own.gray.height_px() as f64) / 8.0;
+    let sigma = (((xx + yy) / 2.0).sqrt() / lever_px).hypot(LEAST_TURN_SIGMA);
+    Step {
         per_height,
         covariance,
         turn_rad: motion.rotation_deg.to_radians(),
         turn_sigma_rad: sigma,
-        log_climb: motion.scale.ln(),
+        // Both are of one metre's height: what a pixel of b covers, in pixels of a, is the ratio of the heights.
+        log_climb: (motion.scale * own.per_height / others.per_height).ln(),
         climb_sigma: sigma,
-    })
+    }
 }
 
 #[cfg(test)]
@@ -113,6 +163,11 @@ mod tests {
             pitch_rad: f64::to_radians(pitch_deg),
             roll_rad: 0.0,
         }
+    }
+
+    fn level(width: usize, height: usize) -> Level {
+        let nadir_px = [width as f64 / 2.0, height as f64 / 2.0];
+        Level { gray: Gray::filled(width, height, 0.0), nadir_px, per_height: 0.002 }
     }
 
     fn motion(dx: f64, dy: f64, rotation_deg: f64) -> Motion {
@@ -133,15 +188,33 @@ mod tests {
     }
 
     #[test]
-    fn up_the_image_is_ahead_and_tilt_is_taken_out() {
-        let level = image(0.0, 0.0).camera(1.0).unwrap();
-        let found = step(&motion(0.0, -100.0, 0.0), &level, &level).unwrap();
+    fn up_the_image_is_ahead() {
+        let found = step(&motion(0.0, -100.0, 0.0), &level(400, 300), &level(400, 300));
         assert!((found.per_height[0]).abs() < 1e-12 && (found.per_height[1] - 0.2).abs() < 1e-12);
-        // The camera tilts ahead between two images of one place: the picture moves, the aircraft does not.
-        let ahead = image(0.0, 2.0).camera(1.0).unwrap();
-        let shift_px = 500.0 * 2f64.to_radians().tan();
-        let found = step(&motion(0.0, -shift_px, 0.0), &level, &ahead).unwrap();
-        assert!(found.per_height[1].abs() < 1e-3, "{found:?}");
+    }
+
+    /// Ground as brightness, seen through a tilted camera half a kilometre above.
+    fn tilted(pitch_deg: f64, roll_deg: f64) -> Image {
+        let blank = image(0.0, pitch_deg);
+        let blank = Image { roll_rad: f64::to_radians(roll_deg), ..blank };
+        let camera = blank.camera(1.0).unwrap();
+        let bright = |i: usize| {
+            let [right, ahead] = camera.level_from_frame([(i % 400) as f64 + 0.5, (i / 400) as f64 + 0.5]).unwrap();
+            (128.0 + 60.0 * ((31.0 * right).sin() + (23.0 * ahead + 9.0 * right).cos())) as f32
+        };
+        let gray = Gray::from_values(400, 300, (0..120_000).map(bright).collect()).unwrap();
+        Image { gray: Arc::new(gray), ..blank }
+    }
+
+    #[test]
+    fn tilt_is_taken_out() {
+        let straight = Level::of(&tilted(0.0, 0.0)).unwrap().unwrap();
+        let aside = Level::of(&tilted(2.0, -3.0)).unwrap().unwrap();
+        // The same ground at the same distance from the nadir.
+        for (dx, dy) in [(0.0, 0.0), (100.0, 60.0), (-90.0, -80.0)] {
+            let at = |l: &Level| l.gray.sample(l.nadir_px[0] + dx, l.nadir_px[1] + dy);
+            assert!((at(&straight) - at(&aside)).abs() < 1.0, "{dx} {dy}: {} {}", at(&straight), at(&aside));
+        }
     }
 
     #[test]
@@ -152,8 +225,7 @@ mod tests {
             height_offset_ratio: 0.03,
             height_noise_ratio: 0.01,
         };
-        let camera = image(0.0, 0.0).camera(1.0).unwrap();
-        let turned = step(&motion(0.0, -50.0, 30.0), &camera, &camera).unwrap();
+        let turned = step(&motion(0.0, -50.0, 30.0), &level(400, 300), &level(400, 300));
         assert!(image(10.0, 0.0).agrees(&image(41.0, 0.0), &turned, &sigmas));
         assert!(image(350.0, 0.0).agrees(&image(19.0, 0.0), &turned, &sigmas));
         assert!(!image(10.0, 0.0).agrees(&image(20.0, 0.0), &turned, &sigmas));

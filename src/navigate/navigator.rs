@@ -95,13 +95,15 @@ impl<'a> Navigator<'a> {
         self.deliver(image.time_s)?;
         let relative = usize::from(self.moves_by_registration(&image));
         let (moved, from) = self.next_move(&image, elapsed_s)?;
-        let before = self.estimate.clone();
+        let is_linked = matches!(moved, Move::Registered { .. });
+        // A step from an earlier image than the last says nothing of the time since the last.
+        let before = (is_linked && from.is_none()).then(|| self.estimate.clone());
         self.carry(&moved, from)?;
-        if matches!(moved, Move::Registered { .. }) && self.options.mode != Mode::Combined {
+        if let Some(before) = before {
             self.velocity = self.velocity.seen(&before, &self.estimate, elapsed_s);
         }
         self.last_time_s = image.time_s;
-        self.anchors.add(image.clone(), self.estimate.clone(), matches!(moved, Move::Registered { .. }));
+        self.anchors.add(image.clone(), self.estimate.clone(), is_linked);
         self.since_absolute = self.since_absolute.saturating_add(1);
         self.register(&image, relative, image.time_s)
     }

@@ -10,7 +10,7 @@ pub use table::write_positions;
 
 use super::{Flight, Frame, TrialError};
 use crate::geodesy::{Enu, Geodetic, LocalFrame};
-use crate::navigate::{Image, NavigateError, NavigateOptions, Navigator, Position, Sensed};
+use crate::navigate::{Image, Mode, NavigateError, NavigateOptions, Navigator, Position, Sensed};
 use crate::raster::read_frame;
 use crate::store::Reader;
 use std::sync::Arc;
@@ -53,7 +53,30 @@ impl FlyTrial<'_> {
         options: &NavigateOptions,
         mut progress: impl FnMut(&FlyOutcome),
     ) -> Result<Vec<FlyOutcome>, TrialError> {
-        let frames = &self.flight.frames;
+        self.fly(&self.flight.frames, options, &mut progress)
+    }
+
+    /// Dead reckoning: each run between pauses by relative registrations alone from its true start, untroubled.
+    ///
+    /// # Errors
+    /// As [`FlyTrial::run`].
+    pub fn reckon(
+        &self,
+        options: &NavigateOptions,
+        mut progress: impl FnMut(&FlyOutcome),
+    ) -> Result<Vec<Vec<FlyOutcome>>, TrialError> {
+        let options = NavigateOptions { mode: Mode::RelativeOnly, ..options.clone() };
+        let untroubled = Self { disturbances: Disturbances::default(), ..self.clone() };
+        let runs = runs(&self.flight.frames);
+        runs.into_iter().map(|run| untroubled.fly(run, &options, &mut progress)).collect()
+    }
+
+    fn fly(
+        &self,
+        frames: &[Frame],
+        options: &NavigateOptions,
+        progress: &mut impl FnMut(&FlyOutcome),
+    ) -> Result<Vec<FlyOutcome>, TrialError> {
         let clouded = self.disturbances.clouded(frames.len());
         let mut navigator: Option<Navigator> = None;
         let mut outcomes = Vec::with_capacity(frames.len());
@@ -104,6 +127,17 @@ impl FlyTrial<'_> {
             roll_rad: frame.roll_rad,
         }
     }
+}
+
+/// A pause this many times as long as the median between images ends a run.
+const PAUSE: f64 = 5.0;
+
+/// Pieces of a flight without a pause.
+fn runs(frames: &[Frame]) -> Vec<&[Frame]> {
+    let mut gaps: Vec<f64> = frames.windows(2).map(|w| w[1].time_s - w[0].time_s).collect();
+    gaps.sort_by(f64::total_cmp);
+    let longest_s = gaps.get(gaps.len() / 2).map_or(0.0, |median| PAUSE * median);
+    frames.chunk_by(|a, b| b.time_s - a.time_s <= longest_s).collect()
 }
 
 fn outcome(frame: &Frame, position: Position, truth: Geodetic, is_hidden: bool) -> FlyOutcome {

@@ -8,8 +8,6 @@ use serde::Serialize;
 
 /// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
 const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
-/// A pause this many times as long as the median between images ends a run.
-const PAUSE: f64 = 5.0;
 
 /// The summary of `fly`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,7 +23,7 @@ pub struct FlyScore {
     pub wrong: usize,
     /// Of all positions, propagated ones too, metres.
     pub position_error_m: Option<Spread>,
-    /// Of dead reckoning by relative registrations alone from the true start, metres.
+    /// Of dead reckoning by relative registrations alone, from the true start of each run between pauses, metres.
     pub dead_reckoning_error_m: Option<Spread>,
     /// Share of positions whose truth lies in their own 95 % ellipse.
     pub ellipse95_coverage: Option<f64>,
@@ -42,7 +40,7 @@ pub struct FlyScore {
     pub dead_reckoning_runs: Vec<RunScore>,
 }
 
-/// One run of dead reckoning, between pauses: its shape, whatever it began at.
+/// One run of dead reckoning, between pauses.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunScore {
     /// The first image.
@@ -51,7 +49,7 @@ pub struct RunScore {
     pub frames: usize,
     /// Length of the true way, metres.
     pub path_m: f64,
-    /// Error of the displacement from the first to the last image, metres.
+    /// Error at the last image, metres.
     pub end_error_m: f64,
     /// That over the way.
     pub end_error_share: f64,
@@ -59,8 +57,8 @@ pub struct RunScore {
 
 impl FlyScore {
     /// Scores a flight beside its dead reckoning.
-    pub fn of(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[FlyOutcome], right_m: f64) -> Self {
-        let errors = |of: &[FlyOutcome]| Spread::of(of.iter().map(|o| o.error.length_m()).collect());
+    pub fn of(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> Self {
+        let length_m = |o: &FlyOutcome| o.error.length_m();
         let fix_errors: Vec<f64> = outcomes.iter().filter_map(|o| o.fix_error_m).collect();
         let covered = outcomes.iter().filter(|o| is_in_ellipse95(o)).count();
         Self {
@@ -68,14 +66,14 @@ impl FlyScore {
             frames: outcomes.len(),
             fixes: fix_errors.len(),
             wrong: fix_errors.iter().filter(|e| **e > right_m).count(),
-            position_error_m: errors(outcomes),
-            dead_reckoning_error_m: errors(reckoned),
+            position_error_m: Spread::of(outcomes.iter().map(length_m).collect()),
+            dead_reckoning_error_m: Spread::of(reckoned.iter().flatten().map(length_m).collect()),
             ellipse95_coverage: (!outcomes.is_empty()).then(|| covered as f64 / outcomes.len() as f64),
             absolute_count: outcomes.iter().map(|o| o.position.absolute_count).sum(),
             relative_count: outcomes.iter().map(|o| o.position.relative_count).sum(),
             recovered_after_frames: recovered_after(outcomes, right_m),
             right_m,
-            dead_reckoning_runs: runs(reckoned).map(run_score).collect(),
+            dead_reckoning_runs: reckoned.iter().filter(|run| run.len() > 1).map(|run| run_score(run)).collect(),
         }
     }
 }
@@ -98,22 +96,11 @@ fn recovered_after(outcomes: &[FlyOutcome], right_m: f64) -> Option<usize> {
     }
 }
 
-/// Pieces of a flight without a pause.
-fn runs(outcomes: &[FlyOutcome]) -> impl Iterator<Item = &[FlyOutcome]> {
-    let gap_s = |a: &FlyOutcome, b: &FlyOutcome| b.position.time_s - a.position.time_s;
-    let mut gaps: Vec<f64> = outcomes.windows(2).map(|w| gap_s(&w[0], &w[1])).collect();
-    gaps.sort_by(f64::total_cmp);
-    let median_s = gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
-    outcomes.chunk_by(move |a, b| gap_s(a, b) <= PAUSE * median_s).filter(|run| run.len() > 1)
-}
-
 fn run_score(run: &[FlyOutcome]) -> RunScore {
     let between = |a, b| LocalFrame::at(a).enu_from_geodetic(b);
     let path_m: f64 = run.windows(2).map(|w| between(w[0].truth, w[1].truth).length_m()).sum();
     let (first, last) = (&run[0], &run[run.len() - 1]);
-    let truth = between(first.truth, last.truth);
-    let found = between(first.position.position, last.position.position);
-    let end_error_m = (found.east_m - truth.east_m).hypot(found.north_m - truth.north_m);
+    let end_error_m = last.error.length_m();
     let image = first.image.clone();
     RunScore { image, frames: run.len(), path_m, end_error_m, end_error_share: end_error_m / path_m }
 }
