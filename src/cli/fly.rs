@@ -5,7 +5,9 @@ use super::number::{any, positive, share};
 use super::{Exit, Failure, Output, default_threads};
 use overfly::locate::candidates::default_layer;
 use overfly::navigate::{Clock, Mode, NavigateOptions, SensorSigmas};
-use overfly::store::Reader;
+use overfly::report::{Flown, Mosaic, flown_page};
+use overfly::store::{Layer, Reader, StoreError};
+use overfly::tile::TILE_SIZE_PX;
 use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, Spread, write_positions};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -22,7 +24,7 @@ Beside each stands dead reckoning: relative registrations alone, from the true s
 Execution times are --execution-s, or a stated line (0.05 s and 0.001 s a tile), never the machine's: a replay gives the same
 positions everywhere. Troubles for trials: --start-error-m, --blackout, --cloud, --heading-bias-deg.
 
-With --json: an object per mode. --out writes positions.csv and summary.json.
+With --json: an object per mode. --out writes positions.csv, summary.json and the page report.html.
 
 Example:
   overfly fly --db map.gpkg --flight flights/0716 --mode all --out flown";
@@ -88,7 +90,7 @@ pub struct Args {
     /// Threads of each registration.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
-    /// Write positions.csv and summary.json here.
+    /// Write positions.csv, summary.json and report.html here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -147,6 +149,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.note(&format!("wrote {}", write_positions(folder, &flown)?.display()));
         let summary = serde_json::to_vec_pretty(&scores).expect("plain numbers");
         output.write(&folder.join("summary.json"), &summary)?;
+        if let Some(mosaic) = picture(&store, layer)? {
+            let clock = args.clock();
+            let modes: Vec<Flown> =
+                flown.iter().zip(&scores).map(|((_, outcomes), score)| Flown { outcomes, score, clock }).collect();
+            let title = format!("overfly: {} flown without GPS", args.flight.display());
+            output.write(&folder.join("report.html"), flown_page(&title, &mosaic, &modes).as_bytes())?;
+        }
     }
     for score in &scores {
         output.say(score, || text(score));
@@ -165,12 +174,12 @@ impl Args {
         }
     }
 
+    fn clock(&self) -> Clock {
+        let stated = Clock { relative_s: self.relative_s, ..Clock::default() };
+        self.execution_s.map_or(stated, |fixed_s| Clock { fixed_s, seconds_per_tile: 0.0, ..stated })
+    }
+
     fn options(&self, layer: &str, mode: Mode) -> NavigateOptions {
-        let clock = Clock { relative_s: self.relative_s, ..Clock::default() };
-        let clock = match self.execution_s {
-            Some(fixed_s) => Clock { fixed_s, seconds_per_tile: 0.0, ..clock },
-            None => clock,
-        };
         NavigateOptions {
             layer: layer.to_owned(),
             mode,
@@ -185,10 +194,29 @@ impl Args {
             speed_mps: self.speed_mps,
             speed_sigma_mps: self.speed_mps / 2.0,
             min_turn_radius_m: self.min_turn_radius_m,
-            clock,
+            clock: self.clock(),
             threads: self.threads.get(),
         }
     }
+}
+
+/// A page's map has at most so many pixels to begin with.
+const MOST_PICTURE_TILES: u64 = 40;
+
+/// The layer at the finest level whose tiles are few enough; `None` where even the coarsest has more.
+fn picture(store: &Reader, layer: &Layer) -> Result<Option<Mosaic>, StoreError> {
+    const { assert!(MOST_PICTURE_TILES * (TILE_SIZE_PX as u64).pow(2) < 20_000_000) };
+    for zoom in (layer.min_zoom..=layer.base_zoom).rev() {
+        let footprints = store.footprints(layer, zoom)?;
+        if footprints.len() as u64 <= MOST_PICTURE_TILES {
+            let mut tiles = Vec::new();
+            for footprint in footprints {
+                tiles.extend(store.tile(layer, footprint.tile)?.map(|pixels| (footprint.tile, pixels)));
+            }
+            return Ok(Mosaic::assemble(&tiles));
+        }
+    }
+    Ok(None)
 }
 
 fn text(score: &FlyScore) -> String {

@@ -138,14 +138,24 @@ pub(super) fn fix_of(outcome: &FixOutcome) -> Option<&Fix> {
 
 /// Half axes of the 95 % ellipse, metres, the long one first.
 pub(super) fn half_axes_m(fix: &Fix) -> [f64; 2] {
-    let [[ee, en], [_, nn]] = fix.covariance_m2;
+    half_axes_of_m(&fix.covariance_m2)
+}
+
+/// As [`half_axes_m`], of a covariance in east and north, m^2.
+pub(super) fn half_axes_of_m(covariance_m2: &[[f64; 2]; 2]) -> [f64; 2] {
+    let [[ee, en], [_, nn]] = *covariance_m2;
     let (middle, spread) = ((ee + nn) / 2.0, ((ee - nn) / 2.0).hypot(en));
     [middle + spread, middle - spread].map(|v| v.max(0.0).sqrt() * TO_95)
 }
 
 /// Direction of the long axis in an image whose y runs down: degrees clockwise from east.
 fn long_axis_deg(fix: &Fix) -> f64 {
-    let [[ee, en], [_, nn]] = fix.covariance_m2;
+    long_axis_of_deg(&fix.covariance_m2)
+}
+
+/// As [`long_axis_deg`], of a covariance in east and north.
+pub(super) fn long_axis_of_deg(covariance_m2: &[[f64; 2]; 2]) -> f64 {
+    let [[ee, en], [_, nn]] = *covariance_m2;
     -(0.5 * (2.0 * en).atan2(ee - nn)).to_degrees()
 }
 

@@ -2,6 +2,8 @@
 
 mod calibration;
 mod cost;
+mod flown;
+mod flown_plots;
 mod gallery;
 mod map;
 mod mosaic;
@@ -10,6 +12,7 @@ mod plot;
 
 pub use calibration::calibration_svg;
 pub use cost::cost_svg;
+pub use flown::{Flown, flown_page};
 pub use mosaic::Mosaic;
 
 use crate::pixels::Colour;

@@ -7,6 +7,7 @@ mod demo;
 mod drawn;
 mod equations;
 mod fixes;
+mod fly;
 mod gdal;
 mod hostile_frames;
 mod hostile_orthophotos;

@@ -1,0 +1,110 @@
+//! Plots of a flown flight: errors in time, tiles searched, and the chronogram of registrations.
+
+use super::flown::Flown;
+use super::map::half_axes_of_m;
+use super::plot::{BOUND, Drawn, INK, RIGHT, mesh, svg};
+use crate::trial::FlyOutcome;
+use plotters::prelude::*;
+
+/// Three standard deviations over 95 % half axes, 2.448 of them.
+const THREE_SIGMA: f64 = 3.0 / super::map::TO_95;
+const PROPAGATED: RGBColor = RGBColor(120, 90, 190);
+
+/// Error of every position, and three times its own standard deviation along the long axis.
+pub(super) fn errors(flown: &Flown) -> String {
+    let sigma_m = |o: &FlyOutcome| THREE_SIGMA * half_axes_of_m(&o.position.covariance_m2)[0];
+    let mut heights: Vec<f64> =
+        flown.outcomes.iter().flat_map(|o| [o.error.length_m(), sigma_m(o)]).filter(|h| h.is_finite()).collect();
+    heights.sort_by(f64::total_cmp);
+    let top = heights.get(heights.len() * 19 / 20).copied().unwrap_or(1.0).max(0.1) * 1.3;
+    svg((720, 300), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(10)
+            .x_label_area_size(42)
+            .y_label_area_size(56)
+            .build_cartesian_2d(span(flown), 0.0..top)?;
+        mesh(&mut chart, "time, s", "error, m")?;
+        let band = flown.outcomes.iter().map(|o| (o.position.time_s, sigma_m(o).min(top)));
+        chart.draw_series(AreaSeries::new(band, 0.0, BOUND.mix(0.25)))?;
+        for o in flown.outcomes {
+            let colour = if o.position.fix_age_s == Some(0.0) { RIGHT } else { PROPAGATED };
+            let at = (o.position.time_s, o.error.length_m().min(top));
+            chart.draw_series([Circle::new(at, 4, colour.filled())])?;
+        }
+        Ok(())
+    })
+}
+
+/// Tiles that each absolute registration searched (bars), and 𝒩 as the model has it (dots), on a logarithmic axis.
+pub(super) fn tiles(flown: &Flown) -> String {
+    let searched: Vec<_> = flown.outcomes.iter().filter(|o| o.position.absolute_count > 0).collect();
+    let level = |v: f64| v.max(1.0).log10();
+    let top = searched.iter().map(|o| level(o.position.tiles_searched as f64).max(level(o.position.nominal_count)));
+    let top = top.fold(1.0, f64::max) * 1.1;
+    let width = (span(flown).end - span(flown).start) / flown.outcomes.len().max(1) as f64 * 0.3;
+    svg((720, 220), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(10)
+            .x_label_area_size(42)
+            .y_label_area_size(56)
+            .build_cartesian_2d(span(flown), 0.0..top)?;
+        mesh(&mut chart, "time, s", "log10 of tiles")?;
+        for o in searched {
+            let (t, p) = (o.position.time_s, &o.position);
+            let bar = [(t - width, 0.0), (t + width, level(p.tiles_searched as f64))];
+            chart.draw_series([Rectangle::new(bar, RIGHT.mix(0.5).filled())])?;
+            chart.draw_series([Circle::new((t, level(p.nominal_count)), 3, BOUND.filled())])?;
+        }
+        Ok(())
+    })
+}
+
+/// When registrations ran, as in figure 3 of the paper: relative ones below, absolute ones above, filled where they said where
+/// the image is.
+pub(super) fn chronogram(flown: &Flown) -> String {
+    let least_s = (span(flown).end - span(flown).start) / 300.0;
+    svg((720, 130), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(10)
+            .x_label_area_size(42)
+            .y_label_area_size(56)
+            .build_cartesian_2d(span(flown), 0.0..2.2)?;
+        chart.configure_mesh().disable_mesh().disable_y_axis().x_desc("time, s").axis_style(INK.mix(0.6)).draw()?;
+        for o in flown.outcomes {
+            draw_registrations(&mut chart, flown, o, least_s)?;
+        }
+        let style = ("sans-serif", 14).into_font().color(&INK);
+        for (name, y) in [("RR", 0.75), ("AR", 1.85)] {
+            chart.draw_series([Text::new(name, (span(flown).start, y), style.clone())])?;
+        }
+        Ok(())
+    })
+}
+
+type Chart<'a, 'b> = ChartContext<
+    'a,
+    SVGBackend<'b>,
+    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+>;
+
+fn draw_registrations(chart: &mut Chart, flown: &Flown, o: &FlyOutcome, least_s: f64) -> Drawn {
+    let (t, p) = (o.position.time_s, &o.position);
+    if p.relative_count > 0 {
+        let end = t + flown.clock.relative_s.max(least_s);
+        chart.draw_series([Rectangle::new([(t, 0.1), (end, 0.9)], PROPAGATED.mix(0.8).filled())])?;
+    }
+    if p.absolute_count > 0 {
+        let end = t + flown.clock.execution_s(p.tiles_searched).max(least_s);
+        let style = if p.fix.is_some() { RIGHT.mix(0.8).filled() } else { RIGHT.stroke_width(1) };
+        chart.draw_series([Rectangle::new([(t, 1.2), (end, 2.0)], style)])?;
+    }
+    Ok(())
+}
+
+/// The flight's time with a little air on both sides.
+fn span(flown: &Flown) -> std::ops::Range<f64> {
+    let times = flown.outcomes.iter().map(|o| o.position.time_s);
+    let (first, last) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let air = ((last - first) * 0.03).max(0.5);
+    first - air..last + air
+}
