@@ -39,9 +39,11 @@ fn negatives_are_not_accepted_whatever_the_number_of_threads() {
     assert_eq!((score.trials + score.skipped, score.accepted), (48, 0), "{score:?}");
     assert!(score.trials >= 45 && score.by_kind.len() == 16, "{score:?}");
     assert!(score.false_rate_upper95 < 0.07);
-    // A magnified frame finds its place and is refused for its scale: what it found is stated.
-    let stated = |o: &&NegativeOutcome| o.kind == Kind::Scaled && o.log10_false_alarms().is_some();
-    assert!(outcomes.iter().filter(stated).count() > 0, "{:?}", told(&outcomes));
+    // What was found is stated though it was refused: that is what the probability is calibrated on.
+    let stated = |o: &&NegativeOutcome| o.log10_false_alarms().is_some();
+    assert!(outcomes.iter().filter(stated).count() > 20, "{:?}", told(&outcomes));
+    let surest = outcomes.iter().filter(|o| !o.kind.shows_its_ground()).filter_map(NegativeOutcome::log10_false_alarms);
+    assert!(surest.fold(0.0, f64::min) > -3.0, "{:?}", told(&outcomes));
     assert_eq!(told(&run(1)), told(&outcomes));
 }
 
