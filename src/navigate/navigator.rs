@@ -115,10 +115,10 @@ impl<'a> Navigator<'a> {
 
     /// From where, and how, the aircraft came to this image.
     fn next_move(&mut self, image: &Image, elapsed_s: f64) -> Result<(Move, Option<Estimate>), NavigateError> {
-        if self.moves_by_registration(image) {
-            if let Some((step, from)) = self.anchors.step_to(image, &self.options.sensors)? {
-                return Ok((Move::Registered { step, sensed: image.sensed }, from));
-            }
+        if self.moves_by_registration(image)
+            && let Some((step, from)) = self.anchors.step_to(image, &self.options.sensors)?
+        {
+            return Ok((Move::Registered { step, sensed: image.sensed }, from));
         }
         let radius_m = self.options.min_turn_radius_m;
         let (by, sigma_m) = self.velocity.lead(&self.estimate, image.sensed, elapsed_s, radius_m);
