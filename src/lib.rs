@@ -12,6 +12,7 @@ pub mod geodesy;
 pub mod locate;
 pub mod navigate;
 pub mod pixels;
+pub mod plan;
 pub mod raster;
 pub mod region;
 pub mod registration;

@@ -49,8 +49,7 @@ struct Summary<'a> {
 /// Runs the command; exit code 1 where a fix is false.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let started = Instant::now();
-    let tiles = args.tiles.clone().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("tiles"));
-    require_tiles(&tiles)?;
+    let tiles = project_tiles(args.tiles.as_deref())?;
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("cannot make the folder {}", args.out.display()))
         .map_err(|e| Failure::failed("unwritable", e))?;
@@ -90,15 +89,18 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     Ok(if score.wrong > 0 { Exit::Failed } else { Exit::Done })
 }
 
-fn require_tiles(tiles: &Path) -> Result<(), Failure> {
+/// The given tiles/ folder, or that of the sources that this program was built from.
+pub fn project_tiles(given: Option<&Path>) -> Result<PathBuf, Failure> {
+    let tiles = given.map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("tiles"), Path::to_path_buf);
     if tiles.join("epoch_1").is_dir() && tiles.join("flight/flight.csv").is_file() {
-        return Ok(());
+        return Ok(tiles);
     }
     let remedy = "name the repository's tiles/ folder with --tiles DIR, or draw one with `cargo run --release --example generate_tiles -- --out DIR`";
     Err(Failure::unusable("no_tiles", anyhow!("{} holds no epoch_1/ and flight/: {remedy}", tiles.display())))
 }
 
-fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> Result<build::Summary, Failure> {
+/// Builds a store of the map in a tiles/ folder.
+pub fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> Result<build::Summary, Failure> {
     let request = build::Request {
         db: db.to_owned(),
         layer: LAYER.into(),

@@ -2,6 +2,7 @@
 
 use overfly::locate::LocateError;
 use overfly::locate::candidates::CandidatesError;
+use overfly::plan::PlanError;
 use overfly::raster::FrameError;
 use overfly::store::StoreError;
 use overfly::trial::TrialError;
@@ -76,6 +77,15 @@ impl From<FrameError> for Failure {
 impl From<LocateError> for Failure {
     fn from(error: LocateError) -> Self {
         Self::unusable(error.code(), error)
+    }
+}
+
+impl From<PlanError> for Failure {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::Store(error) => error.into(),
+            error => Self::unusable(error.code(), error),
+        }
     }
 }
 

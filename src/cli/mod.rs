@@ -4,6 +4,7 @@ mod exit;
 mod output;
 
 mod build;
+mod calibrate;
 mod candidates;
 mod completions;
 mod cost;
@@ -16,6 +17,7 @@ mod info;
 mod motion;
 mod negatives;
 mod number;
+mod plan;
 mod serve;
 mod verify;
 mod viewpoint;
@@ -27,7 +29,7 @@ use std::process::ExitCode;
 
 /// What every command has in common.
 const HELP: &str = "\
-Before the flight: build, verify, evaluate. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
+Before the flight: build, verify, evaluate, calibrate, plan. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
 
   overfly demo                                       all of it, on the project's own tiles
   overfly build --db map.gpkg ORTHOPHOTOS            a store from files or folders
@@ -75,6 +77,10 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Replay a flight in a closed loop, in one coupling mode or all.
     Fly(Box<fly::Args>),
+    /// Before the flight: which coupling mode, how fast, how long; and where along a route fixes can be had.
+    Plan(Box<plan::Args>),
+    /// Measure what registrations cost and err on this machine.
+    Calibrate(calibrate::Args),
     /// Serve a store over HTTP.
     Serve(serve::Args),
     /// Print a shell completion script.
@@ -118,6 +124,8 @@ pub fn run() -> ExitCode {
         Command::Motion(args) => motion::run(args, &output),
         Command::Evaluate(args) => evaluate::run(args, &output),
         Command::Fly(args) => fly::run(args, &output),
+        Command::Plan(args) => plan::run(args, &output),
+        Command::Calibrate(args) => calibrate::run(args, &output),
         Command::Serve(args) => serve::run(args, &output),
         Command::Completions(args) => completions::run(args, &output),
     };

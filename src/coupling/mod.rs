@@ -3,10 +3,12 @@
 //! [`CouplingParameters`] goes into [`Sequential`], [`Parallel`] and [`Combined`]; each says up to which speed it works,
 //! how its searches settle, and what they cost. `docs/equations.md` names the function and the test of every equation.
 
+mod calibration;
 mod combined;
 mod drift;
 mod error;
 mod execution;
+mod fit;
 mod imaging;
 mod mission;
 mod nominal;
@@ -17,6 +19,7 @@ mod sequential;
 mod tiles;
 mod turning;
 
+pub use calibration::{CalibratedImages, Calibration, PixelDriftLaw, SearchCost};
 pub use combined::Combined;
 pub use drift::{DriftGrowth, DriftLaw, PAPER_DRIFT_M, PAPER_DRIFT_MATCHES};
 pub use error::CouplingError;
@@ -24,6 +27,7 @@ pub use execution::{
     PAPER_GSD_M_PER_PX, PAPER_IMAGE_PX, PAPER_LOAD_S, PAPER_SECONDS_PER_DESCRIPTOR, PROBABLE_LOAD_S, RelativeCost,
     descriptor_count,
 };
+pub use fit::{fit_line, fit_slope};
 pub use imaging::{displacement_sigma_m, ground_extent_m, overlap_limit_s, scan_limit_s};
 pub use mission::{
     absolute_count, chance_of_no_failure, expected_failures, mission_of_one_failure_s, mission_within_risk_s,

@@ -8,12 +8,18 @@ mod gallery;
 mod map;
 mod mosaic;
 mod page;
+mod plan_page;
+mod plan_plot;
 mod plot;
+mod relative_cost;
 
 pub use calibration::calibration_svg;
 pub use cost::cost_svg;
 pub use flown::{Flown, flown_page};
 pub use mosaic::Mosaic;
+pub use plan_page::plan_html;
+pub use plan_plot::plan_svgs;
+pub use relative_cost::relative_cost_svgs;
 
 use crate::pixels::Colour;
 use crate::trial::{FixOutcome, FixScore, Flight};

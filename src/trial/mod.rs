@@ -3,6 +3,7 @@
 //! Reads flight folders and pairs files, runs the same library calls that the commands run, and counts. Truth goes
 //! into the score and into the displaced prior, nowhere else.
 
+mod calibration;
 mod camera_file;
 mod cost;
 mod error;
@@ -15,10 +16,12 @@ mod legs;
 mod motions;
 mod negatives;
 mod pairs;
+mod relative_cost;
 mod spread;
 mod strangers;
 mod table;
 
+pub use calibration::{Calibrated, CalibrationRow, calibration_toml, write_samples};
 pub use camera_file::read_camera;
 pub use cost::{Cost, CostStep, CostTrial, write_cost};
 pub use error::TrialError;
@@ -34,5 +37,6 @@ pub use negatives::{
     write_negatives,
 };
 pub use pairs::{Pair, Pairs};
+pub use relative_cost::{OVERLAPS_PERCENT, RelativeSample, RelativeTrial};
 pub use spread::Spread;
 pub use strangers::{StrangerScore, StrangerTrial};

@@ -21,8 +21,24 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("locate", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "coupling", "region", "store"]),
     ("explain", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "store", "locate"]),
     ("navigate", &["geodesy", "pixels", "camera", "registration", "coupling", "store", "locate"]),
-    ("trial", &["geodesy", "pixels", "tile", "raster", "camera", "registration", "store", "locate", "navigate"]),
-    ("report", &["geodesy", "pixels", "tile", "camera", "locate", "navigate", "trial"]),
+    ("plan", &["geodesy", "tile", "camera", "coupling", "region", "store"]),
+    (
+        "trial",
+        &[
+            "geodesy",
+            "pixels",
+            "tile",
+            "raster",
+            "camera",
+            "feature",
+            "registration",
+            "coupling",
+            "store",
+            "locate",
+            "navigate",
+        ],
+    ),
+    ("report", &["geodesy", "pixels", "tile", "camera", "coupling", "locate", "navigate", "plan", "trial"]),
     (
         "server",
         &[

@@ -1,6 +1,7 @@
 //! One binary, a module per promise.
 
 mod build;
+mod calibrate;
 mod candidates;
 mod command_line;
 mod demo;
@@ -19,6 +20,7 @@ mod negatives;
 mod onboard;
 mod orthophotos;
 mod pictures;
+mod plan;
 mod reference;
 mod store;
 mod walk;

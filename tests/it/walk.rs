@@ -24,7 +24,9 @@ fn every_command_of_the_readme_works() {
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
     let (preflight, onboard) = (free_port().to_string(), free_port().to_string());
     let folder = tempfile::tempdir().unwrap();
-    std::os::unix::fs::symlink(root.join("tiles"), folder.path().join("tiles")).unwrap();
+    for name in ["tiles", "docs"] {
+        std::os::unix::fs::symlink(root.join(name), folder.path().join(name)).unwrap();
+    }
     let program = assert_cmd::cargo::cargo_bin("overfly");
     let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
     let with_curl = has("curl");

@@ -16,16 +16,16 @@ pub use similarity::Similarity;
 
 use crate::feature::keypoint::{FrameRecipe, Keypoints, describe_frame, match_mutual};
 use crate::pixels::Gray;
-use alignment::align;
+use alignment::{Aligned, align};
 use consensus::{Consensus, Frames, Pair, estimate};
 use nalgebra::{Matrix2, Vector2};
 
 /// What is described first.
-const QUICK: FrameRecipe = FrameRecipe { limit: 600, steps_per_octave: 1 };
+pub const QUICK: FrameRecipe = FrameRecipe { limit: 600, steps_per_octave: 1 };
 /// What is described where that does not suffice: small overlaps, other scales, blur.
 const THOROUGH: FrameRecipe = FrameRecipe { limit: 2400, steps_per_octave: 2 };
 /// Nearest over second nearest descriptor: the consensus needs no stricter choice.
-const RATIO: f32 = 0.95;
+pub const RATIO: f32 = 0.95;
 /// log10 of the accidental agreements to expect in a pair, at most. Chance alone never came below 1e-5 in thousands of
 /// pairs; ground that repeats itself, or mirrors itself along a road, does, and this bound and the next two are for it.
 const MOST_LOG10_FALSE_ALARMS: f64 = -16.0;
@@ -41,12 +41,12 @@ const EVIDENT_SHARE: f64 = 0.12;
 /// Brightness that correlates less makes no evident motion more exact.
 const USEFUL_CORRELATION: f64 = 0.45;
 /// Scales outside are no consecutive frames.
-const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
+pub const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 /// How far the scale found may be from the stated one.
 const SCALE_SLACK: f64 = 0.15;
 
 /// Frames are compared at this edge (square root of the area) at most: beyond, only time and memory grow.
-const MOST_EDGE_PX: f64 = 720.0;
+pub const MOST_EDGE_PX: f64 = 720.0;
 
 /// Registers frame b against frame a. Frames of many megapixels are compared at a whole fraction of their size; the
 /// answer is in their own pixels.
@@ -103,7 +103,7 @@ fn register_as_is(a: &Gray, b: &Gray, prior: &MotionPrior, centre_of_b: Vector2<
 
 /// One way through: keypoints, consensus, alignment, and the tests.
 fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) -> Result<Found, Refusal> {
-    use NoMotionReason::{Contradicted, TooFewAgreeingMatches};
+    use NoMotionReason::TooFewAgreeingMatches;
     let (of_a, of_b) = (describe_frame(a, recipe), describe_frame(b, recipe));
     let pairs: Vec<_> = match_mutual(&of_a, &of_b, RATIO).iter().map(|m| pair(&of_a, m.a, &of_b, m.b)).collect();
     let matches = pairs.len();
@@ -112,7 +112,25 @@ fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) 
         let detail = format!("no two of {matches} correspondences agree on a similarity");
         return refused(TooFewAgreeingMatches, detail);
     };
-    let Consensus { inliers, in_overlap, log10_false_alarms, .. } = agreed;
+    let is_evident = stands(&agreed, matches)?;
+    let aligned = align(a, b, &agreed.similarity, centre_of_b);
+    let (similarity, covariance) = placed(&agreed, aligned.as_ref(), is_evident)?;
+    let Consensus { inliers, log10_false_alarms, .. } = agreed;
+    Ok(Found { similarity, covariance, inliers, matches, log10_false_alarms })
+}
+
+/// The similarity that a registration answers with, given what keypoints agree on and how brightness aligned it; `None`
+/// where it refuses. What [`register`] does with one recipe, for those who time its steps.
+pub fn accepted(agreed: &Consensus, aligned: Option<&Aligned>) -> Option<Similarity> {
+    let is_evident = stands(agreed, agreed.inliers).ok()?;
+    placed(agreed, aligned, is_evident).ok().map(|(similarity, _)| similarity)
+}
+
+/// Whether an agreement is so evident that it needs little of brightness; refused where accident or the other
+/// correspondences speak against it.
+fn stands(agreed: &Consensus, matches: usize) -> Result<bool, Refusal> {
+    use NoMotionReason::{Contradicted, TooFewAgreeingMatches};
+    let &Consensus { inliers, in_overlap, log10_false_alarms, .. } = agreed;
     if log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
         let detail = format!(
             "{inliers} of {matches} correspondences agree; accident makes 10^{log10_false_alarms:.1} such agreements"
@@ -125,18 +143,26 @@ fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) 
         let detail = format!("{inliers} correspondences agree, but {in_overlap} lie in the overlap so found");
         return refused(Contradicted, detail);
     }
-    let aligned = align(a, b, &agreed.similarity, centre_of_b);
-    let correlation = aligned.as_ref().map_or(0.0, |aligned| aligned.correlation);
+    Ok(is_evident)
+}
+
+/// The similarity and the covariance to answer with; refused where brightness contradicts.
+fn placed(
+    agreed: &Consensus,
+    aligned: Option<&Aligned>,
+    is_evident: bool,
+) -> Result<(Similarity, Matrix2<f64>), Refusal> {
+    let correlation = aligned.map_or(0.0, |aligned| aligned.correlation);
     let needed = if is_evident { USEFUL_CORRELATION } else { LEAST_CORRELATION };
-    let (similarity, covariance) = match aligned {
-        Some(aligned) if correlation >= needed => (aligned.similarity, aligned.covariance),
-        _ if is_evident => (agreed.similarity, agreed.covariance),
+    match aligned {
+        Some(aligned) if correlation >= needed => Ok((aligned.similarity, aligned.covariance)),
+        _ if is_evident => Ok((agreed.similarity, agreed.covariance)),
         _ => {
+            let inliers = agreed.inliers;
             let detail = format!("{inliers} correspondences agree, but brightness correlates by {correlation:.2}");
-            return refused(Contradicted, detail);
+            refused(NoMotionReason::Contradicted, detail)
         }
-    };
-    Ok(Found { similarity, covariance, inliers, matches, log10_false_alarms })
+    }
 }
 
 impl Found {
@@ -158,7 +184,8 @@ impl Found {
     }
 }
 
-fn pair(of_a: &Keypoints, i: usize, of_b: &Keypoints, j: usize) -> Pair {
+/// A correspondence as the consensus takes it: point `i` of a and `j` of b, positions in their own pixels.
+pub fn pair(of_a: &Keypoints, i: usize, of_b: &Keypoints, j: usize) -> Pair {
     let (p, q) = (&of_a.points[i], &of_b.points[j]);
     let place = |x_px: f32, y_px: f32| Vector2::new(f64::from(x_px), f64::from(y_px));
     Pair {
