@@ -1,5 +1,8 @@
 //! The nominal count 𝒩: how many images' worth of map a search covers.
 
+use super::error::positive;
+use super::{CouplingError, swept_area_paper_m2, turned_rad};
+
 /// K1 of equation 4: seconds of search per map tile. A stated figure until `calibrate` measures it on the machine: one
 /// core of a 2 GHz server reads, decodes and correlates a 512 px tile in about this time.
 pub const SECONDS_PER_TILE: f64 = 0.02;
@@ -31,6 +34,40 @@ pub fn region_edges_m(across_m: f64, along_m: f64, inaccuracy_m: f64, drift_m: f
 pub fn nominal_count_sequential(across_m: f64, along_m: f64, inaccuracy_m: f64, drift_m: f64) -> f64 {
     let (width_m, length_m) = region_edges_m(across_m, along_m, inaccuracy_m, drift_m);
     width_m * length_m / (across_m * along_m)
+}
+
+/// The turn up to which (28) is taken for 𝒩, radians. (24) asks for a turn far below 1 and names no limit; up to one radian the
+/// wings that (27) is derived for, s^3 / (6 R_min) each, are those of circles to within 1.7 %.
+pub const PAPER_TURN_RAD: f64 = 1.0;
+
+/// 𝒩 of the combined mode as printed: Λ over the area of one image, for a flight of `path_m` (v t_exe) since the last
+/// fix. `None` beyond [`PAPER_TURN_RAD`]. Below 1 on short flights, as the image's own extent is not in it.
+///
+/// # Errors
+/// [`CouplingError::OutOfDomain`].
+///
+/// # Example
+/// 500 m of flight, no tighter than 1000 m, a 600 x 400 m image: (2 x 500^3 / 3000 + 600 x 500) / (600 x 400).
+/// ```
+/// # use overfly::coupling::nominal_count_combined;
+/// let n = nominal_count_combined(600.0, 400.0, 500.0, 1000.0).unwrap().unwrap();
+/// assert!((n - (250_000.0 / 3.0 + 300_000.0) / 240_000.0).abs() < 1e-9);
+/// assert_eq!(nominal_count_combined(600.0, 400.0, 1001.0, 1000.0), Ok(None));
+/// ```
+///
+/// # References
+/// Equation 28; its condition, 24.
+pub fn nominal_count_combined(
+    across_m: f64,
+    along_m: f64,
+    path_m: f64,
+    min_turn_radius_m: f64,
+) -> Result<Option<f64>, CouplingError> {
+    if turned_rad(path_m, min_turn_radius_m)? > PAPER_TURN_RAD {
+        return Ok(None);
+    }
+    let swept_m2 = swept_area_paper_m2(across_m, path_m, min_turn_radius_m)?;
+    Ok(Some(swept_m2 / (across_m * positive("along_m", along_m)?)))
 }
 
 #[cfg(test)]
