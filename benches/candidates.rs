@@ -1,5 +1,6 @@
 //! The resident R*-tree (rstar) against the store's own R-tree (SQLite), over 102,400 footprints of one level:
-//! `cargo bench --bench candidates`. Prints first what building and holding the index costs.
+//! `cargo bench --bench candidates`. Prints first what building and holding the index costs. Then what the combined mode's
+//! region costs (`cargo bench --bench candidates -- combined`).
 
 use criterion::{BenchmarkId, Criterion};
 use overfly::feature::keypoint::CONTRACT;
@@ -108,5 +109,17 @@ fn main() {
         });
         group.finish();
     }
+    // The combined mode's outline, by how many radians the flight could turn.
+    let mut group = criterion.benchmark_group("combined region");
+    group.sample_size(20);
+    for turn in [0.3, 1.0, 3.0, 9.0, 100.0] {
+        let (execution_s, min_turn_radius_m) = (turn * 500.0 / 50.0, 500.0);
+        let uncertainty = Uncertainty::Combined { inaccuracy_m: 30.0, speed_mps: 50.0, execution_s, min_turn_radius_m };
+        let question = query(centre, 0.0);
+        group.bench_function(BenchmarkId::from_parameter(turn), |b| {
+            b.iter(|| black_box(Region::new(question.centre, question.image, uncertainty).expect("a region")));
+        });
+    }
+    group.finish();
     criterion.final_summary();
 }

@@ -27,7 +27,7 @@ pub const MAX_TILES: u64 = 250_000;
 /// One question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CandidateQuery {
-    /// Most likely position of the image's centre.
+    /// Most likely position of the image's centre; in the combined mode where the last fix was.
     pub centre: Geodetic,
     /// What the image covers.
     pub image: ImageOnGround,
@@ -44,11 +44,12 @@ pub struct CandidateQuery {
 /// The tiles to search and what the search will cost.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Candidates {
-    /// The paper's count for this search (equation 3): the region's area over one image's.
+    /// The paper's count for this search: equation 3, 17 (parallel) or 28 (combined, flights of at most the turn radius);
+    /// elsewhere the region's area over one image's.
     pub nominal_count: f64,
     /// What is searched; cut at the antimeridian and at 85.05 degrees.
     pub region: Geometry,
-    /// Best first: by falling probability, then by distance from the region's centre.
+    /// Best first: by falling probability, then by distance from the region's middle.
     pub tiles: Vec<Candidate>,
     /// Probability that the image's centre lies in the returned tiles.
     pub containment: f64,

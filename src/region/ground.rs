@@ -1,13 +1,16 @@
 //! `Region`: the set of ground to search.
 
+use super::error::{RegionError, check};
 use super::normal::{PlaneNormal, REACH_SIGMA, edge_probability};
-use super::outline::{Piece, dilated_ellipse, rectangle};
-use super::polygon::{Rectangle, Vertex, clip, weighted_area};
+use super::outline::{Piece, dilated_ellipse, polygon, rectangle};
+use super::polygon::{Rectangle, Vertex, clip, parts_inside, touches, weighted_area};
+use super::reachable::reachable_outline;
+use super::turns::Flight;
 use super::{ImageOnGround, Uncertainty};
-use crate::coupling::{nominal_count_sequential, region_edges_m};
-use crate::geodesy::{Enu, GeodesyError, Geodetic, LocalFrame, MercatorPoint, SEMI_MAJOR_M, WORLD_M, ground_scale};
+use crate::coupling::{DriftGrowth, nominal_count_combined, nominal_count_sequential, region_edges_m};
+use crate::geodesy::{Enu, Geodetic, LocalFrame, MercatorPoint, SEMI_MAJOR_M, WORLD_M, ground_scale};
 use crate::tile::MercatorBounds;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// How far a region may reach from its centre, metres. Keeps the local plane true to 0.04 % and, from the last
 /// latitude served, the pole outside.
@@ -20,45 +23,8 @@ pub const SIGMAS: f64 = 3.408_560_690_471_574;
 const STRAIGHTNESS: f64 = 1e-4;
 const MAX_HALVINGS: u32 = 6;
 
-/// Why a region cannot be drawn.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum RegionError {
-    /// A length, angle or correlation out of its range.
-    #[error("{name} = {value}: expected {expected}")]
-    Parameter {
-        /// Its name as callers spell it.
-        name: &'static str,
-        /// What was given; radians for `heading_rad`.
-        value: f64,
-        /// What is accepted.
-        expected: &'static str,
-    },
-    /// Larger than any search.
-    #[error(
-        "the region reaches {reach_m:.0} m from its centre, the limit is {MAX_REACH_M} m: state less drift or uncertainty"
-    )]
-    Reach {
-        /// From the centre to the farthest point that counts, metres.
-        reach_m: f64,
-    },
-    /// The centre has no place in the tile matrix.
-    #[error(transparent)]
-    Position(#[from] GeodesyError),
-}
-
-impl RegionError {
-    /// A stable word for scripts.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::Parameter { .. } => "parameter_out_of_range",
-            Self::Reach { .. } => "region_too_large",
-            Self::Position(_) => "position_out_of_range",
-        }
-    }
-}
-
-/// A region on the ground. The image's centre is uniform over a sequential region; a covariance's region is the
-/// 99.7 % ellipse dilated by the image's footprint, and its probability is the normal distribution's own.
+/// A region on the ground. The image's centre is uniform over a sequential, parallel or combined region; a covariance's
+/// region is the 99.7 % ellipse dilated by the image's footprint, and its probability is the normal distribution's own.
 #[derive(Debug, Clone)]
 pub struct Region {
     centre: MercatorPoint,
@@ -66,6 +32,8 @@ pub struct Region {
     /// The edge, counterclockwise, Mercator metres from `centre`; straight between vertices to within `margin_m`.
     ring: Vec<Vertex>,
     margin_m: f64,
+    /// The middle of the ground searched, Mercator metres from `centre`.
+    middle: Vertex,
     nominal_count: f64,
     chance: Chance,
 }
@@ -83,22 +51,28 @@ impl Region {
     /// degrees belongs to it though no tile does.
     ///
     /// # Errors
-    /// The centre beyond 85.05 degrees; sizes not positive, not finite; drift or inaccuracy negative; correlation
-    /// outside (-1, 1); a reach beyond [`MAX_REACH_M`].
+    /// The centre beyond 85.05 degrees; sizes, speed, times or turn radius not positive, not finite; drift or inaccuracy
+    /// negative; correlation outside (-1, 1); a reach beyond [`MAX_REACH_M`].
     ///
     /// # References
-    /// Equation 3 for the rectangle.
+    /// Equation 3 for the rectangle, 17 for its drift in the parallel mode. In the combined mode the set of figures 5 to
+    /// 7 at its last moment, by the boundary of the reachable set instead of equation 23 (see docs/equations.md).
     pub fn new(centre: Geodetic, image: ImageOnGround, uncertainty: Uncertainty) -> Result<Self, RegionError> {
         check(image, uncertainty)?;
         let mercator = MercatorPoint::from_geodetic(centre)?;
         let frame = LocalFrame::at(centre);
-        let (pieces, nominal_count, reach_m) = edge(image, uncertainty);
+        let reach_m = reach_m(image, uncertainty);
         if reach_m.is_nan() || reach_m > MAX_REACH_M {
             return Err(RegionError::Reach { reach_m });
         }
+        let (pieces, nominal_count) = edge(image, uncertainty);
         let (ring, margin_m) = ring(&frame, mercator, &pieces);
+        let middle = match uncertainty {
+            Uncertainty::Combined { .. } => Rectangle::around(&ring).expect("a ring has vertices").middle(),
+            _ => [0.0, 0.0],
+        };
         let chance = match uncertainty {
-            Uncertainty::Sequential { .. } => {
+            Uncertainty::Sequential { .. } | Uncertainty::Parallel { .. } | Uncertainty::Combined { .. } => {
                 Chance::Uniform { area_m2: weighted_area(&ring, |y| ground_area_scale(mercator.y_m + y)) }
             }
             Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => Chance::Normal {
@@ -106,10 +80,11 @@ impl Region {
                 support: support(&frame, mercator, sigma_east_m, sigma_north_m),
             },
         };
-        Ok(Self { centre: mercator, frame, ring, margin_m, nominal_count, chance })
+        Ok(Self { centre: mercator, frame, ring, margin_m, middle, nominal_count, chance })
     }
 
-    /// 𝒩: the area of the region over the area of one image; equation 3 for the sequential mode.
+    /// 𝒩 by the paper's formula: equation 3, or 17 in the parallel mode; in the combined mode 28 where it holds, for
+    /// flights of at most R_min. Elsewhere the area of the region over the area of one image.
     pub fn nominal_count(&self) -> f64 {
         self.nominal_count
     }
@@ -130,7 +105,7 @@ impl Region {
     /// Whether an extent (of a tile) meets the region. Errs only on the side of yes, by less than 1 part in 1000 of
     /// the region's extent.
     pub fn meets(&self, bounds: &MercatorBounds) -> bool {
-        self.copies(bounds).any(|r| !clip(&self.ring, r.grown(self.margin_m)).is_empty())
+        self.copies(bounds).any(|r| touches(&self.ring, r.grown(self.margin_m)))
     }
 
     /// Probability in [0, 1] that the image's centre lies in an extent. Sums to one over the plane; correct to 1e-4.
@@ -149,29 +124,32 @@ impl Region {
         sum.clamp(0.0, 1.0)
     }
 
-    /// The region as rings of (longitude, latitude) in degrees, counterclockwise and closed: one, or two where it
-    /// crosses the antimeridian (cut there, as RFC 7946 section 3.1.9 asks); cut at 85.05 degrees.
+    /// The region as rings of (longitude, latitude) in degrees, counterclockwise and closed: one, or several where it
+    /// crosses the antimeridian (cut there, as RFC 7946 section 3.1.9 asks) or 85.05 degrees, where it is cut too.
     pub fn rings_deg(&self) -> Vec<Vec<[f64; 2]>> {
         [-1.0, 0.0, 1.0]
             .into_iter()
-            .filter_map(|world| {
+            .flat_map(|world| {
                 let (x, y) = (self.centre.x_m - world * WORLD_M, self.centre.y_m);
                 let half = WORLD_M / 2.0;
-                let ring = clip(&self.ring, Rectangle { min: [-half - x, -half - y], max: [half - x, half - y] });
-                let mut degrees: Vec<[f64; 2]> =
-                    ring.iter().map(|v| degrees_from_mercator(v[0] + x, v[1] + y)).collect();
-                degrees.push(*degrees.first()?);
-                (weighted_area(&ring, |_| 1.0) > 0.0).then_some(degrees)
+                let world = Rectangle { min: [-half - x, -half - y], max: [half - x, half - y] };
+                let parts = parts_inside(&self.ring, world).into_iter();
+                parts.filter(|part| weighted_area(part, |_| 1.0) > 0.0).map(move |part| {
+                    let mut degrees: Vec<[f64; 2]> =
+                        part.iter().map(|v| degrees_from_mercator(v[0] + x, v[1] + y)).collect();
+                    degrees.push(degrees[0]);
+                    degrees
+                })
             })
             .collect()
     }
 
-    /// How far an extent's centre lies from the region's, true metres east and north by the scale at the centre.
+    /// How far an extent's centre lies from the region's middle, true metres east and north by the scale at the centre.
     pub fn distance_m(&self, bounds: &MercatorBounds) -> f64 {
         let scale = ground_scale(latitude_rad(self.centre.y_m));
-        let x = (bounds.min_x_m + bounds.max_x_m) / 2.0 - self.centre.x_m;
+        let x = (bounds.min_x_m + bounds.max_x_m) / 2.0 - self.centre.x_m - self.middle[0];
         let x = x - (x / WORLD_M).round() * WORLD_M;
-        let y = (bounds.min_y_m + bounds.max_y_m) / 2.0 - self.centre.y_m;
+        let y = (bounds.min_y_m + bounds.max_y_m) / 2.0 - self.centre.y_m - self.middle[1];
         (x * scale.east).hypot(y * scale.north)
     }
 
@@ -190,7 +168,7 @@ impl Region {
     }
 
     fn normal_probability(&self, normal: PlaneNormal, r: Rectangle) -> f64 {
-        let corners = [r.min, [r.max[0], r.min[1]], r.max, [r.min[0], r.max[1]]];
+        let corners = r.corners();
         let whitened = |v: Vertex| {
             let (x_m, y_m) = (self.centre.x_m + v[0], self.centre.y_m + v[1]);
             let point = MercatorPoint { x_m, y_m }.to_geodetic().expect("finite coordinates have a position");
@@ -219,14 +197,53 @@ impl Region {
     }
 }
 
-/// The edge in the local plane, 𝒩, and how far from the centre anything counts.
-fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64, f64) {
-    let ImageOnGround { across_m, along_m, heading_rad } = image;
+/// D_T of the parallel mode: what t_exe / t0 relative registrations add up to (17).
+fn parallel_drift_m(unit_drift_m: f64, execution_s: f64, relative_s: f64) -> f64 {
+    DriftGrowth::Linear.factor(execution_s / relative_s) * unit_drift_m
+}
+
+/// How far from the centre anything counts, metres.
+fn reach_m(image: ImageOnGround, uncertainty: Uncertainty) -> f64 {
+    let ImageOnGround { across_m, along_m, .. } = image;
+    let rectangle_m = |inaccuracy_m, drift_m| {
+        let (width_m, length_m) = region_edges_m(across_m, along_m, inaccuracy_m, drift_m);
+        width_m.hypot(length_m) / 2.0
+    };
     match uncertainty {
-        Uncertainty::Sequential { inaccuracy_m, drift_m } => {
-            let (width_m, length_m) = region_edges_m(across_m, along_m, inaccuracy_m, drift_m);
-            let count = nominal_count_sequential(across_m, along_m, inaccuracy_m, drift_m);
-            (rectangle(width_m, length_m, heading_rad), count, width_m.hypot(length_m) / 2.0)
+        Uncertainty::Sequential { inaccuracy_m, drift_m } => rectangle_m(inaccuracy_m, drift_m),
+        Uncertainty::Parallel { inaccuracy_m, unit_drift_m, execution_s, relative_s } => {
+            rectangle_m(inaccuracy_m, parallel_drift_m(unit_drift_m, execution_s, relative_s))
+        }
+        Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, .. } => {
+            speed_mps * execution_s + across_m.hypot(along_m) / 2.0 + inaccuracy_m / SQRT_2
+        }
+        Uncertainty::Covariance { sigma_east_m, sigma_north_m, .. } => {
+            REACH_SIGMA * sigma_east_m.hypot(sigma_north_m) + across_m.hypot(along_m) / 2.0
+        }
+    }
+}
+
+/// The edge in the local plane, and 𝒩.
+fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
+    let ImageOnGround { across_m, along_m, heading_rad } = image;
+    let drifted = |inaccuracy_m, drift_m| {
+        let (width_m, length_m) = region_edges_m(across_m, along_m, inaccuracy_m, drift_m);
+        let count = nominal_count_sequential(across_m, along_m, inaccuracy_m, drift_m);
+        (rectangle(width_m, length_m, heading_rad), count)
+    };
+    match uncertainty {
+        Uncertainty::Sequential { inaccuracy_m, drift_m } => drifted(inaccuracy_m, drift_m),
+        Uncertainty::Parallel { inaccuracy_m, unit_drift_m, execution_s, relative_s } => {
+            drifted(inaccuracy_m, parallel_drift_m(unit_drift_m, execution_s, relative_s))
+        }
+        Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m: radius_m } => {
+            let length_m = speed_mps * execution_s;
+            let outline = reachable_outline(Flight { length_m, radius_m, across_m, along_m }, inaccuracy_m);
+            let area_m2 = weighted_area(&outline, |_| 1.0);
+            // Also where a length is none that the models take (1e-9 to 1e9).
+            let by_paper = nominal_count_combined(across_m, along_m, length_m, radius_m);
+            let count = by_paper.ok().flatten().unwrap_or(area_m2 / (across_m * along_m));
+            (polygon(&outline, heading_rad), count)
         }
         Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
             let normal = PlaneNormal::new(sigma_east_m, sigma_north_m, correlation);
@@ -240,34 +257,8 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64, f64
                 + across_m * along_m
                 + 2.0 * across_m * beyond([sin, cos])
                 + 2.0 * along_m * beyond([cos, -sin]);
-            let reach_m = REACH_SIGMA * sigma_east_m.hypot(sigma_north_m) + across_m.hypot(along_m) / 2.0;
             let pieces = dilated_ellipse(normal, SIGMAS, across_m, along_m, heading_rad);
-            (pieces, area_m2 / (across_m * along_m), reach_m)
-        }
-    }
-}
-
-fn check(image: ImageOnGround, uncertainty: Uncertainty) -> Result<(), RegionError> {
-    const LENGTH: &str = "metres, more than 0 and finite";
-    const NOT_NEGATIVE: &str = "metres, at least 0 and finite";
-    let require = |name, value: f64, accepted: bool, expected| {
-        if accepted && value.is_finite() { Ok(()) } else { Err(RegionError::Parameter { name, value, expected }) }
-    };
-    let positive = |name, value: f64| require(name, value, value > 0.0, LENGTH);
-    let not_negative = |name, value: f64| require(name, value, value >= 0.0, NOT_NEGATIVE);
-    positive("across_m", image.across_m)?;
-    positive("along_m", image.along_m)?;
-    require("heading_rad", image.heading_rad, true, "a finite angle")?;
-    match uncertainty {
-        Uncertainty::Sequential { inaccuracy_m, drift_m } => {
-            not_negative("inaccuracy_m", inaccuracy_m)?;
-            not_negative("drift_m", drift_m)
-        }
-        Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
-            positive("sigma_east_m", sigma_east_m)?;
-            positive("sigma_north_m", sigma_north_m)?;
-            // Beyond six nines the ellipse is a line to double precision.
-            require("correlation", correlation, correlation.abs() <= 0.999_999, "a number in [-0.999999, 0.999999]")
+            (pieces, area_m2 / (across_m * along_m))
         }
     }
 }

@@ -4,7 +4,7 @@ use super::normal::PlaneNormal;
 use super::polygon::Vertex;
 use std::f64::consts::TAU;
 
-/// One piece of a closed, counterclockwise, convex edge; offsets east and north in metres.
+/// One piece of a closed, counterclockwise edge; offsets east and north in metres.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Piece {
     /// A straight line.
@@ -47,6 +47,15 @@ pub(super) fn corners(width_m: f64, length_m: f64, heading_rad: f64) -> [Vertex;
 pub(super) fn rectangle(width_m: f64, length_m: f64, heading_rad: f64) -> Vec<Piece> {
     let corners = corners(width_m, length_m, heading_rad);
     (0..4).map(|i| Piece::Straight { start: corners[i], end: corners[(i + 1) % 4] }).collect()
+}
+
+/// The edge of a polygon given right and ahead of the centre, turned to a heading.
+pub(super) fn polygon(vertices: &[Vertex], heading_rad: f64) -> Vec<Piece> {
+    let (sin, cos) = heading_rad.sin_cos();
+    let turned = |v: Vertex| [v[0] * cos + v[1] * sin, v[1] * cos - v[0] * sin];
+    (0..vertices.len())
+        .map(|i| Piece::Straight { start: turned(vertices[i]), end: turned(vertices[(i + 1) % vertices.len()]) })
+        .collect()
 }
 
 /// The edge of the ellipse of `sigmas` standard deviations dilated by a rectangle: four arcs about the rectangle's

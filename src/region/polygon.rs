@@ -1,4 +1,4 @@
-//! Plane polygons against axis-aligned rectangles: clipping and weighted area.
+//! Plane polygons against axis-aligned rectangles: meeting, clipping, cutting; weighted area; convex hulls.
 
 /// A point or offset of the plane, x east, y north.
 pub(super) type Vertex = [f64; 2];
@@ -23,6 +23,16 @@ impl Rectangle {
     /// Grown by `margin` on each side.
     pub(super) fn grown(self, margin: f64) -> Self {
         Self { min: [self.min[0] - margin, self.min[1] - margin], max: [self.max[0] + margin, self.max[1] + margin] }
+    }
+
+    /// Counterclockwise, from the least coordinates on.
+    pub(super) fn corners(self) -> [Vertex; 4] {
+        [self.min, [self.max[0], self.min[1]], self.max, [self.min[0], self.max[1]]]
+    }
+
+    /// Its centre.
+    pub(super) fn middle(self) -> Vertex {
+        [(self.min[0] + self.max[0]) / 2.0, (self.min[1] + self.max[1]) / 2.0]
     }
 
     /// What both share; `None` where their interiors do not meet.
@@ -61,6 +71,133 @@ pub(super) fn clip(ring: &[Vertex], to: Rectangle) -> Vec<Vertex> {
         std::mem::swap(&mut current, &mut next);
     }
     current
+}
+
+/// Whether a ring and a rectangle share a point, edges included. The ring may be concave.
+pub(super) fn touches(ring: &[Vertex], rectangle: Rectangle) -> bool {
+    let mut corner_inside = false;
+    for (i, &end) in ring.iter().enumerate() {
+        let start = ring[(i + ring.len() - 1) % ring.len()];
+        if enters(start, end, rectangle) {
+            return true;
+        }
+        // No edge enters: then all of the rectangle is on one side of the ring, and its corner says which.
+        let corner = rectangle.min;
+        if (start[1] > corner[1]) != (end[1] > corner[1]) {
+            let x = start[0] + (corner[1] - start[1]) / (end[1] - start[1]) * (end[0] - start[0]);
+            corner_inside ^= corner[0] < x;
+        }
+    }
+    corner_inside
+}
+
+/// Whether a straight line from `start` to `end` has a point in a rectangle.
+fn enters(start: Vertex, end: Vertex, rectangle: Rectangle) -> bool {
+    let (mut from, mut to) = (0.0f64, 1.0f64);
+    for axis in 0..2 {
+        let along = end[axis] - start[axis];
+        let (low, high) = (rectangle.min[axis] - start[axis], rectangle.max[axis] - start[axis]);
+        if along == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+        } else {
+            let (a, b) = (low / along, high / along);
+            from = from.max(a.min(b));
+            to = to.min(a.max(b));
+        }
+    }
+    from <= to
+}
+
+/// The parts of a ring inside a rectangle, each a ring of the same turn: unlike [`clip`] without bridges along the sides.
+pub(super) fn parts_inside(ring: &[Vertex], to: Rectangle) -> Vec<Vec<Vertex>> {
+    [(0, to.min[0], 1.0), (0, to.max[0], -1.0), (1, to.min[1], 1.0), (1, to.max[1], -1.0)]
+        .into_iter()
+        .fold(vec![ring.to_vec()], |parts, (axis, limit, sign)| {
+            parts.iter().flat_map(|part| parts_beside(part, axis, limit, sign)).collect()
+        })
+}
+
+/// The parts of a ring on one side of a line: where `sign * (coordinate - limit)` is not negative.
+fn parts_beside(ring: &[Vertex], axis: usize, limit: f64, sign: f64) -> Vec<Vec<Vertex>> {
+    let inside = |v: &Vertex| (v[axis] - limit) * sign >= 0.0;
+    let Some(first) = ring.iter().position(|v| !inside(v)) else { return vec![ring.to_vec()] };
+    // Runs of vertices inside, from crossing to crossing, starting outside.
+    let mut runs: Vec<Vec<Vertex>> = Vec::new();
+    for k in 0..ring.len() {
+        let (start, end) = (ring[(first + k) % ring.len()], ring[(first + k + 1) % ring.len()]);
+        if inside(&start) != inside(&end) {
+            let t = (limit - start[axis]) / (end[axis] - start[axis]);
+            let mut crossing = [start[0] + t * (end[0] - start[0]), start[1] + t * (end[1] - start[1])];
+            crossing[axis] = limit;
+            if inside(&end) {
+                runs.push(vec![crossing, end]);
+            } else {
+                runs.last_mut().expect("the walk starts outside").push(crossing);
+            }
+        } else if inside(&end) {
+            runs.last_mut().expect("the walk starts outside").push(end);
+        }
+    }
+    joined(runs, 1 - axis)
+}
+
+/// Joins runs that start and end on a line into rings: along the line inside and outside take turns, so that crossings
+/// belong together in pairs, and from the end of one run the ring goes on at the other crossing of its pair.
+fn joined(runs: Vec<Vec<Vertex>>, along: usize) -> Vec<Vec<Vertex>> {
+    let mut crossings: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * runs.len());
+    for (i, run) in runs.iter().enumerate() {
+        crossings.extend([(run[0][along], i, true), (run[run.len() - 1][along], i, false)]);
+    }
+    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut next = vec![None; runs.len()];
+    for pair in crossings.chunks_exact(2) {
+        // A run that starts and one that ends; two alike only where crossings coincide: then each closes on itself.
+        match (pair[0], pair[1]) {
+            ((_, to, true), (_, from, false)) | ((_, from, false), (_, to, true)) => next[from] = Some(to),
+            _ => {}
+        }
+    }
+    let mut taken = vec![false; runs.len()];
+    let mut rings = Vec::new();
+    for start in 0..runs.len() {
+        let (mut ring, mut at) = (Vec::new(), start);
+        while !taken[at] {
+            taken[at] = true;
+            ring.extend_from_slice(&runs[at]);
+            at = next[at].unwrap_or(at);
+        }
+        if !ring.is_empty() {
+            rings.push(ring);
+        }
+    }
+    rings
+}
+
+/// The convex hull of points, counterclockwise, without points on its sides, into `hull`; sorts the points.
+///
+/// # References
+/// A. M. Andrew, Another efficient algorithm for convex hulls in two dimensions, Inf. Process. Lett. 9 (1979).
+pub(super) fn convex_hull(points: &mut [Vertex], hull: &mut Vec<Vertex>) {
+    points.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let turns_left =
+        |a: Vertex, b: Vertex, c: Vertex| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
+    hull.clear();
+    let extend = |hull: &mut Vec<Vertex>, base: usize, point: Vertex| {
+        while hull.len() >= base + 2 && !turns_left(hull[hull.len() - 2], hull[hull.len() - 1], point) {
+            hull.pop();
+        }
+        hull.push(point);
+    };
+    for &point in points.iter() {
+        extend(hull, 0, point);
+    }
+    let base = hull.len() - 1;
+    for &point in points.iter().rev().skip(1) {
+        extend(hull, base, point);
+    }
+    hull.pop();
 }
 
 /// Integral of `weight(y)` over the area of a ring, positive where it turns counterclockwise.
@@ -117,7 +254,96 @@ mod tests {
         assert!((weighted_area(&square, |y| y.powi(7)) - 0.125).abs() < 1e-12);
     }
 
+    /// A U, open above.
+    const CUP: [Vertex; 8] =
+        [[0.0, 0.0], [6.0, 0.0], [6.0, 5.0], [4.0, 5.0], [4.0, 2.0], [2.0, 2.0], [2.0, 5.0], [0.0, 5.0]];
+
+    fn rectangle(min: Vertex, max: Vertex) -> Rectangle {
+        Rectangle { min, max }
+    }
+
+    #[test]
+    fn the_hollow_of_a_ring_does_not_touch() {
+        assert!(!touches(&CUP, rectangle([2.5, 2.5], [3.5, 4.0])));
+        assert!(!touches(&CUP, rectangle([2.5, 2.5], [3.5, 9.0])));
+        assert!(touches(&CUP, rectangle([2.5, 1.5], [3.5, 4.0])));
+        assert!(touches(&CUP, rectangle([0.5, 0.5], [0.6, 0.6])), "inside");
+        assert!(touches(&CUP, rectangle([-9.0, -9.0], [9.0, 9.0])), "around");
+        assert!(touches(&CUP, rectangle([6.0, 5.0], [7.0, 7.0])), "a corner shared");
+        assert!(!touches(&CUP, rectangle([6.1, 0.0], [7.0, 7.0])));
+    }
+
+    #[test]
+    fn a_cup_cut_across_is_two_rings() {
+        let parts = parts_inside(&CUP, rectangle([-1.0, 3.0], [9.0, 9.0]));
+        let areas: Vec<f64> = parts.iter().map(|p| weighted_area(p, |_| 1.0)).collect();
+        assert!(areas.len() == 2 && areas.iter().all(|a| (a - 4.0).abs() < 1e-12), "{areas:?}");
+        assert_eq!(parts_inside(&CUP, rectangle([-1.0, -1.0], [9.0, 1.0])).len(), 1);
+        assert!(parts_inside(&CUP, rectangle([2.5, 3.0], [3.5, 9.0])).is_empty());
+        assert_eq!(parts_inside(&CUP, rectangle([-9.0, -9.0], [9.0, 9.0])), [CUP.to_vec()]);
+    }
+
+    #[test]
+    fn a_hull_leaves_out_what_lies_inside_and_on_sides() {
+        let mut points = vec![[0.0, 0.0], [2.0, 2.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.5], [0.0, 2.0], [0.0, 2.0]];
+        let mut hull = Vec::new();
+        convex_hull(&mut points, &mut hull);
+        assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+    }
+
+    /// A star about the origin: a ring that may be as concave as you like.
+    fn stars() -> impl Strategy<Value = Vec<Vertex>> {
+        prop::collection::vec(0.2..3.0f64, 3..30).prop_map(|radii| {
+            let n = radii.len() as f64;
+            let bearing = |i: usize| std::f64::consts::TAU * i as f64 / n;
+            radii.iter().enumerate().map(|(i, r)| [r * bearing(i).cos(), r * bearing(i).sin()]).collect()
+        })
+    }
+
     proptest! {
+        #[test]
+        fn what_shares_area_touches_and_what_does_not_is_apart(
+            ring in stars(), x in -3.0..3.0f64, y in -3.0..3.0f64, width in 0.01..2.0f64, height in 0.01..2.0f64,
+        ) {
+            let around = rectangle([x, y], [x + width, y + height]);
+            let shared = weighted_area(&clip(&ring, around), |_| 1.0);
+            if shared > 1e-9 {
+                prop_assert!(touches(&ring, around));
+            } else {
+                prop_assert!(!touches(&ring, rectangle([x + 1e-4, y + 1e-4], [x + width - 1e-4, y + height - 1e-4])));
+            }
+        }
+
+        #[test]
+        fn parts_share_out_what_clipping_leaves(
+            ring in stars(), x in -3.0..3.0f64, y in -3.0..3.0f64, width in 0.01..3.0f64, height in 0.01..3.0f64,
+        ) {
+            let around = rectangle([x, y], [x + width, y + height]);
+            let parts = parts_inside(&ring, around);
+            let areas: Vec<f64> = parts.iter().map(|p| weighted_area(p, |_| 1.0)).collect();
+            prop_assert!(areas.iter().all(|a| *a > -1e-12), "{areas:?}");
+            prop_assert!((areas.iter().sum::<f64>() - weighted_area(&clip(&ring, around), |_| 1.0)).abs() < 1e-9);
+            // No part goes along the same stretch of a side there and back.
+            for part in &parts {
+                let on_left: Vec<usize> = (0..part.len()).filter(|&i| part[i][0] == x && part[(i + 1) % part.len()][0] == x).collect();
+                prop_assert!(on_left.iter().all(|&i| part[(i + 1) % part.len()][1] <= part[i][1]), "{part:?}");
+            }
+        }
+
+        #[test]
+        fn a_hull_holds_its_points(xs in prop::collection::vec((-5i8..5, -5i8..5), 3..20)) {
+            let mut points: Vec<Vertex> = xs.iter().map(|(x, y)| [f64::from(*x), f64::from(*y)]).collect();
+            let mut hull = Vec::new();
+            convex_hull(&mut points, &mut hull);
+            prop_assume!(hull.len() > 2);
+            for p in &points {
+                for (i, a) in hull.iter().enumerate() {
+                    let b = hull[(i + 1) % hull.len()];
+                    prop_assert!((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) >= 0.0);
+                }
+            }
+        }
+
         #[test]
         fn quarters_of_the_plane_share_out_a_triangle(p in prop::array::uniform6(-2.0..2.0f64)) {
             let ring = [[p[0], p[1]], [p[2], p[3]], [p[4], p[5]]];

@@ -53,14 +53,58 @@ fn about(centre: Geodetic, zoom: u8, rng: &mut impl Rng) -> BTreeSet<TileId> {
     tiles
 }
 
+/// How much wider than the image the rectangle of the sequential and the parallel mode is.
+fn growth_m(uncertainty: Uncertainty) -> Option<f64> {
+    match uncertainty {
+        Uncertainty::Sequential { inaccuracy_m, drift_m } => Some(inaccuracy_m + 2.0 * drift_m),
+        Uncertainty::Parallel { inaccuracy_m, unit_drift_m, execution_s, relative_s } => {
+            Some(inaccuracy_m + 2.0 * unit_drift_m * execution_s / relative_s)
+        }
+        Uncertainty::Combined { .. } | Uncertainty::Covariance { .. } => None,
+    }
+}
+
+/// Hard to one side, straight, or anything between: a share of the largest curvature.
+fn steered(rng: &mut impl Rng) -> f64 {
+    if rng.random_bool(0.8) { [-1.0, 0.0, 1.0][rng.random_range(0..3)] } else { rng.random_range(-1.0..=1.0) }
+}
+
+/// Right and ahead of the start, and the heading: a flight of stated length and least turn radius, steered at random in
+/// up to eight stretches.
+fn flown(length_m: f64, radius_m: f64, rng: &mut impl Rng) -> ([f64; 2], f64) {
+    const STEPS: usize = 240;
+    let stretches = rng.random_range(1..=8);
+    let mut switches: Vec<usize> = (1..stretches).map(|_| rng.random_range(0..STEPS)).collect();
+    switches.sort_unstable();
+    let step_m = length_m / STEPS as f64;
+    let (mut at, mut heading_rad, mut turn) = ([0.0, 0.0], 0.0f64, steered(rng));
+    for step in 0..STEPS {
+        if switches.contains(&step) {
+            turn = steered(rng);
+        }
+        // One step along a circle: its chord lies half its turn aside.
+        let half_rad = turn * step_m / radius_m / 2.0;
+        let chord_m = if half_rad == 0.0 { step_m } else { step_m * half_rad.sin() / half_rad };
+        let (sin, cos) = (heading_rad + half_rad).sin_cos();
+        at = [at[0] + chord_m * sin, at[1] + chord_m * cos];
+        heading_rad += 2.0 * half_rad;
+    }
+    (at, heading_rad)
+}
+
 /// Whether an offset from the centre lies in the region, from its definition and nothing else.
 fn inside(image: ImageOnGround, uncertainty: Uncertainty, at: Enu) -> bool {
     let (sin, cos) = image.heading_rad.sin_cos();
     let (right, ahead) = (at.east_m * cos - at.north_m * sin, at.east_m * sin + at.north_m * cos);
     match uncertainty {
-        Uncertainty::Sequential { inaccuracy_m, drift_m } => {
-            let grow = inaccuracy_m + 2.0 * drift_m;
+        Uncertainty::Sequential { .. } | Uncertainty::Parallel { .. } => {
+            let grow = growth_m(uncertainty).unwrap();
             right.abs() <= (image.across_m + grow) / 2.0 && ahead.abs() <= (image.along_m + grow) / 2.0
+        }
+        // Of what can be reached only what straight flight shows: that is inside for certain.
+        Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, .. } => {
+            let ahead = ahead - speed_mps * execution_s;
+            right.abs() <= (image.across_m + inaccuracy_m) / 2.0 && ahead.abs() <= (image.along_m + inaccuracy_m) / 2.0
         }
         // Of the ellipse only the part without the footprint: that is inside for certain.
         Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
@@ -91,17 +135,28 @@ fn brute_force(stored: &BTreeSet<TileId>, query: &CandidateQuery, rng: &mut impl
     for i in 0..400 {
         let mut unit = || if i % 4 == 0 { [-1.0, 1.0][rng.random_range(0..2)] } else { rng.random_range(-1.0..=1.0) };
         let (r, a) = (unit(), unit());
-        let (width_m, length_m, shift) = match uncertainty {
-            Uncertainty::Sequential { inaccuracy_m, drift_m } => {
-                let grow = inaccuracy_m + 2.0 * drift_m;
-                (image.across_m + grow, image.along_m + grow, [0.0, 0.0])
+        let (mut width_m, mut length_m) = (image.across_m, image.along_m);
+        let (mut sin, mut cos) = (sin, cos);
+        let shift = match uncertainty {
+            Uncertainty::Sequential { .. } | Uncertainty::Parallel { .. } => {
+                let grow = growth_m(uncertainty).unwrap();
+                (width_m, length_m) = (width_m + grow, length_m + grow);
+                [0.0, 0.0]
+            }
+            Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m } => {
+                let error = [unit() * inaccuracy_m / 2.0, unit() * inaccuracy_m / 2.0];
+                let (at, turned_rad) = flown(speed_mps * execution_s, min_turn_radius_m, rng);
+                let (right, ahead) = (at[0] + error[0], at[1] + error[1]);
+                let shift = [right * cos + ahead * sin, ahead * cos - right * sin];
+                (sin, cos) = (image.heading_rad + turned_rad).sin_cos();
+                shift
             }
             Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
                 let angle = rng.random_range(0.0..TAU);
                 let radius = (-2.0 * 0.003f64.ln()).sqrt();
                 let (x, y) = (radius * angle.cos(), radius * angle.sin());
                 let rest = (1.0 - correlation * correlation).sqrt();
-                (image.across_m, image.along_m, [sigma_east_m * x, sigma_north_m * (correlation * x + rest * y)])
+                [sigma_east_m * x, sigma_north_m * (correlation * x + rest * y)]
             }
         };
         let (right, ahead) = (r * width_m / 2.0, a * length_m / 2.0);
@@ -112,10 +167,36 @@ fn brute_force(stored: &BTreeSet<TileId>, query: &CandidateQuery, rng: &mut impl
     met
 }
 
+/// Where the tiles should lie that a question is about: in the combined mode ahead of the last fix.
+fn middle(centre: Geodetic, heading_rad: f64, uncertainty: Uncertainty) -> Geodetic {
+    let Uncertainty::Combined { speed_mps, execution_s, .. } = uncertainty else { return centre };
+    let (sin, cos) = heading_rad.sin_cos();
+    let length_m = speed_mps * execution_s;
+    let ahead = Enu { east_m: length_m * sin, north_m: length_m * cos };
+    let ahead = LocalFrame::at(centre).geodetic_from_enu(ahead).unwrap();
+    if TileId::containing(ahead, 0).is_ok() { ahead } else { centre }
+}
+
 fn uncertainties() -> impl Strategy<Value = Uncertainty> {
     prop_oneof![
         (0.0..300.0f64, 0.0..1500.0f64)
             .prop_map(|(inaccuracy_m, drift_m)| Uncertainty::Sequential { inaccuracy_m, drift_m }),
+        (0.0..300.0f64, 0.0..20.0f64, 0.1..10.0f64, 0.1..2.0f64).prop_map(
+            |(inaccuracy_m, unit_drift_m, execution_s, relative_s)| Uncertainty::Parallel {
+                inaccuracy_m,
+                unit_drift_m,
+                execution_s,
+                relative_s
+            }
+        ),
+        (0.0..200.0f64, 5.0..120.0f64, 0.1..20.0f64, 10.0..2000.0f64).prop_map(
+            |(inaccuracy_m, speed_mps, execution_s, min_turn_radius_m)| Uncertainty::Combined {
+                inaccuracy_m,
+                speed_mps,
+                execution_s,
+                min_turn_radius_m
+            }
+        ),
         (1.0..800.0f64, 1.0..800.0f64, -0.98..0.98f64).prop_map(|(sigma_east_m, sigma_north_m, correlation)| {
             Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation }
         }),
@@ -123,7 +204,7 @@ fn uncertainties() -> impl Strategy<Value = Uncertainty> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 80, ..ProptestConfig::default() })]
     #[test]
     fn no_tile_that_meets_the_region_is_missing(
         latitude_deg in prop_oneof![-85.0..85.0f64, 84.9..85.0f64, -85.0..-84.9f64],
@@ -136,7 +217,8 @@ proptest! {
         let image = ImageOnGround { across_m, along_m, heading_rad };
         // A level whose tiles are about as large as the image, or up to eight times smaller, or twice as large.
         let zoom = (i16::from(zoom_for_gsd(centre, across_m / 512.0)) + i16::from(finer)).clamp(0, 20) as u8;
-        let layers = [("ortho", about(centre, zoom, &mut rng)), ("older", about(centre, zoom.saturating_sub(1), &mut rng))];
+        let middle = middle(centre, heading_rad, uncertainty);
+        let layers = [("ortho", about(middle, zoom, &mut rng)), ("older", about(middle, zoom.saturating_sub(1), &mut rng))];
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.gpkg");
         for (name, tiles) in &layers {

@@ -1,6 +1,7 @@
 //! Regions against independent sampling.
 
 use super::*;
+use crate::region::reachable::tests::{fly, goes_round, on_ground, random_pieces};
 use crate::tile::TileId;
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
@@ -10,7 +11,23 @@ fn point(latitude_deg: f64, longitude_deg: f64) -> Geodetic {
     Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap()
 }
 
-/// Points of the rectangle or of the dilated ellipse, edges and corners included, from their definitions.
+/// How much wider than the image the modes' rectangle is; none for other regions.
+fn growth_m(uncertainty: Uncertainty) -> Option<f64> {
+    match uncertainty {
+        Uncertainty::Sequential { inaccuracy_m, drift_m } => Some(inaccuracy_m + 2.0 * drift_m),
+        Uncertainty::Parallel { inaccuracy_m, unit_drift_m, execution_s, relative_s } => {
+            Some(inaccuracy_m + 2.0 * unit_drift_m * (execution_s / relative_s))
+        }
+        _ => None,
+    }
+}
+
+fn flight(image: ImageOnGround, speed_mps: f64, execution_s: f64, radius_m: f64) -> Flight {
+    let ImageOnGround { across_m, along_m, .. } = image;
+    Flight { length_m: speed_mps * execution_s, radius_m, across_m, along_m }
+}
+
+/// Points of the rectangle, of the dilated ellipse or of images at the ends of flights, edges and corners included, from their definitions.
 fn samples(image: ImageOnGround, uncertainty: Uncertainty, count: usize, rng: &mut impl Rng) -> Vec<Enu> {
     let (sin, cos) = image.heading_rad.sin_cos();
     let turned = |right: f64, ahead: f64| [right * cos + ahead * sin, ahead * cos - right * sin];
@@ -20,9 +37,17 @@ fn samples(image: ImageOnGround, uncertainty: Uncertainty, count: usize, rng: &m
                 || if i % 3 == 0 { [-1.0, 1.0][rng.random_range(0..2)] } else { rng.random_range(-1.0..=1.0) };
             let (r, a) = (unit(), unit());
             match uncertainty {
-                Uncertainty::Sequential { inaccuracy_m, drift_m } => {
-                    let grow = inaccuracy_m + 2.0 * drift_m;
+                Uncertainty::Sequential { .. } | Uncertainty::Parallel { .. } => {
+                    let grow = growth_m(uncertainty).unwrap();
                     let v = turned(r * (image.across_m + grow) / 2.0, a * (image.along_m + grow) / 2.0);
+                    Enu { east_m: v[0], north_m: v[1] }
+                }
+                Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m } => {
+                    let flight = flight(image, speed_mps, execution_s, min_turn_radius_m);
+                    let error = [unit() * inaccuracy_m / 2.0, unit() * inaccuracy_m / 2.0];
+                    let pose = fly(&random_pieces(i, rng), flight);
+                    let at = on_ground(pose, r * image.across_m / 2.0, a * image.along_m / 2.0);
+                    let v = turned(at[0] + error[0], at[1] + error[1]);
                     Enu { east_m: v[0], north_m: v[1] }
                 }
                 Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
@@ -45,10 +70,46 @@ fn uncertainties() -> impl Strategy<Value = Uncertainty> {
     prop_oneof![
         (0.0..800.0f64, 0.0..3e3f64)
             .prop_map(|(inaccuracy_m, drift_m)| Uncertainty::Sequential { inaccuracy_m, drift_m }),
+        (0.0..300.0f64, 0.0..30.0f64, 0.1..20.0f64, 0.1..2.0f64).prop_map(
+            |(inaccuracy_m, unit_drift_m, execution_s, relative_s)| Uncertainty::Parallel {
+                inaccuracy_m,
+                unit_drift_m,
+                execution_s,
+                relative_s
+            }
+        ),
+        (0.0..300.0f64, 5.0..250.0f64, 0.1..40.0f64, 20.0..3e3f64).prop_map(
+            |(inaccuracy_m, speed_mps, execution_s, min_turn_radius_m)| Uncertainty::Combined {
+                inaccuracy_m,
+                speed_mps,
+                execution_s,
+                min_turn_radius_m
+            }
+        ),
         (1.0..1500.0f64, 1.0..1500.0f64, -0.99..0.99f64).prop_map(|(sigma_east_m, sigma_north_m, correlation)| {
             Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation }
         }),
     ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn a_flight_of_any_size_has_a_region_or_a_reason(
+        exponents in prop::array::uniform6(-307.0..308.0f64), tame in prop::array::uniform6(any::<bool>()), lat in -85.0..85.0f64,
+    ) {
+        // Some parameters as numbers go, the others as flights go.
+        let value = |i: usize, usual: f64| if tame[i] { usual } else { 10f64.powf(exponents[i]) };
+        let image = ImageOnGround { across_m: value(0, 600.0), along_m: value(1, 400.0), heading_rad: 1.0 };
+        let uncertainty = Uncertainty::Combined {
+            inaccuracy_m: value(2, 20.0), speed_mps: value(3, 50.0), execution_s: value(4, 9.0), min_turn_radius_m: value(5, 300.0),
+        };
+        if let Ok(region) = Region::new(point(lat, 8.0), image, uncertainty) {
+            let b = region.mercator_bounds();
+            prop_assert!(b.min_x_m.is_finite() && b.max_x_m >= b.min_x_m && b.max_y_m >= b.min_y_m);
+            prop_assert!(region.ring.iter().flatten().all(|x| x.is_finite()) && region.nominal_count() >= 0.0);
+        }
+    }
 }
 
 fn images() -> impl Strategy<Value = ImageOnGround> {
@@ -87,7 +148,7 @@ proptest! {
         lat in -84.9..84.9f64, lon in prop_oneof![-180.0..180.0f64, 179.95..180.0f64],
         image in images(), uncertainty in uncertainties(), seed: u64,
     ) {
-        const SAMPLES: usize = 20_000;
+        const SAMPLES: usize = 10_000;
         let centre = point(lat, lon);
         let region = Region::new(centre, image, uncertainty).unwrap();
         let frame = LocalFrame::at(centre);
@@ -97,10 +158,25 @@ proptest! {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let mut seen: HashMap<TileId, f64> = HashMap::new();
         let (sin, cos) = image.heading_rad.sin_cos();
+        // What the combined mode's uniform distribution is uniform over.
+        let outline = match uncertainty {
+            Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m } => {
+                reachable_outline(flight(image, speed_mps, execution_s, min_turn_radius_m), inaccuracy_m)
+            }
+            _ => Vec::new(),
+        };
         for _ in 0..SAMPLES {
             let enu = match uncertainty {
-                Uncertainty::Sequential { inaccuracy_m, drift_m } => {
-                    let grow = inaccuracy_m + 2.0 * drift_m;
+                Uncertainty::Combined { .. } => {
+                    let Rectangle { min, max } = Rectangle::around(&outline).unwrap();
+                    let v = loop {
+                        let v = [rng.random_range(min[0]..max[0]), rng.random_range(min[1]..max[1])];
+                        if goes_round(&outline, v) { break v; }
+                    };
+                    Enu { east_m: v[0] * cos + v[1] * sin, north_m: v[1] * cos - v[0] * sin }
+                }
+                Uncertainty::Sequential { .. } | Uncertainty::Parallel { .. } => {
+                    let grow = growth_m(uncertainty).unwrap();
                     let (r, a) = (rng.random_range(-0.5..0.5) * (image.across_m + grow), rng.random_range(-0.5..0.5) * (image.along_m + grow));
                     Enu { east_m: r * cos + a * sin, north_m: a * cos - r * sin }
                 }
@@ -116,7 +192,7 @@ proptest! {
         }
         for (tile, share) in seen {
             let p = region.probability(&tile.mercator_bounds());
-            // Six standard deviations of a share of 20,000 samples.
+            // Six standard deviations of a share of 10,000 samples.
             let tolerance = 6.0 * (p.max(1e-3) * (1.0 - p).max(1e-3) / SAMPLES as f64).sqrt();
             prop_assert!((p - share).abs() < tolerance, "{tile}: {p} but {share} of samples");
         }
@@ -192,6 +268,48 @@ fn a_region_across_the_antimeridian_is_cut_there() {
 }
 
 #[test]
+fn a_crescent_across_the_antimeridian_is_cut_into_its_parts() {
+    // Flying west at the equator across it: the front comes down beyond, both tips lag behind.
+    let image = ImageOnGround { across_m: 50.0, along_m: 50.0, heading_rad: -PI / 2.0 };
+    let uncertainty =
+        Uncertainty::Combined { inaccuracy_m: 0.0, speed_mps: 50.0, execution_s: 44.0, min_turn_radius_m: 1000.0 };
+    let cut = Region::new(point(0.0, -180.0 + 1400.0 / 111_319.5), image, uncertainty).unwrap();
+    let rings = cut.rings_deg();
+    assert_eq!(rings.len(), 3);
+    assert_eq!(rings.iter().filter(|ring| ring.iter().all(|p| p[0] >= 179.0)).count(), 1);
+    let area = |rings: &[Vec<[f64; 2]>]| rings.iter().map(|ring| weighted_area(&ring[1..], |_| 1.0)).sum::<f64>();
+    let whole = Region::new(point(0.0, 20.0), image, uncertainty).unwrap().rings_deg();
+    assert!((area(&rings) / area(&whole) - 1.0).abs() < 1e-6);
+    // What lies in the hollow, over the last fix itself, is not searched.
+    let home = TileId::containing(point(0.0, -180.0 + 1400.0 / 111_319.5), 19).unwrap();
+    assert!(!cut.meets(&home.mercator_bounds()));
+}
+
+#[test]
+fn the_parallel_mode_drifts_by_the_registrations_that_ran() {
+    let parallel = Uncertainty::Parallel { inaccuracy_m: 100.0, unit_drift_m: 3.0, execution_s: 10.0, relative_s: 0.2 };
+    let sequential = Uncertainty::Sequential { inaccuracy_m: 100.0, drift_m: 150.0 };
+    let [parallel, sequential] = [parallel, sequential].map(|u| Region::new(point(47.0, 8.0), IMAGE, u).unwrap());
+    assert!((parallel.nominal_count() - 10.0 / 3.0).abs() < 1e-12);
+    let widest = |r: &Region| r.mercator_bounds().max_x_m - r.mercator_bounds().min_x_m;
+    assert!((widest(&parallel) - widest(&sequential)).abs() < 1e-6);
+}
+
+#[test]
+fn the_count_of_a_combined_region_is_equation_28_as_long_as_it_holds() {
+    let count = |execution_s| {
+        let uncertainty =
+            Uncertainty::Combined { inaccuracy_m: 0.0, speed_mps: 50.0, execution_s, min_turn_radius_m: 500.0 };
+        let region = Region::new(point(0.5, 8.0), IMAGE, uncertainty).unwrap();
+        let area_m2 = weighted_area(&region.ring, |y| ground_area_scale(region.centre.y_m + y));
+        (region.nominal_count(), area_m2 / 240_000.0)
+    };
+    assert!((count(10.0).0 - (2.0 * 500f64.powi(3) / 1500.0 + 600.0 * 500.0) / 240_000.0).abs() < 1e-9);
+    let (beyond, ratio) = count(10.1);
+    assert!((beyond / ratio - 1.0).abs() < 1e-3, "{beyond} {ratio}");
+}
+
+#[test]
 fn a_region_over_the_last_latitude_is_cut_there() {
     let uncertainty = Uncertainty::Sequential { inaccuracy_m: 0.0, drift_m: 20_000.0 };
     let region = Region::new(point(85.0, 20.0), IMAGE, uncertainty).unwrap();
@@ -215,6 +333,24 @@ fn refuses_what_cannot_be_searched() {
     assert_eq!(at(home, IMAGE, sequential(f64::INFINITY, 1.0)), "parameter_out_of_range");
     assert_eq!(at(home, IMAGE, sequential(f64::MAX, f64::MAX)), "region_too_large");
     assert_eq!(at(home, ImageOnGround { across_m: 0.0, ..IMAGE }, sequential(0.0, 1.0)), "parameter_out_of_range");
+    let combined = |speed_mps, execution_s, min_turn_radius_m| {
+        at(home, IMAGE, Uncertainty::Combined { inaccuracy_m: 1.0, speed_mps, execution_s, min_turn_radius_m })
+    };
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for code in [combined(bad, 10.0, 300.0), combined(50.0, bad, 300.0), combined(50.0, 10.0, bad)] {
+            assert_eq!(code, "parameter_out_of_range");
+        }
+    }
+    assert_eq!(combined(f64::MAX, f64::MAX, 300.0), "region_too_large");
+    assert_eq!(combined(300.0, 1000.0, 300.0), "region_too_large");
+    let parallel = |unit_drift_m, execution_s, relative_s| {
+        at(home, IMAGE, Uncertainty::Parallel { inaccuracy_m: 1.0, unit_drift_m, execution_s, relative_s })
+    };
+    assert_eq!(parallel(-1.0, 1.0, 1.0), "parameter_out_of_range");
+    assert_eq!(parallel(1.0, 0.0, 1.0), "parameter_out_of_range");
+    assert_eq!(parallel(1.0, 1.0, 0.0), "parameter_out_of_range");
+    assert_eq!(parallel(1.0, f64::MAX, f64::MIN_POSITIVE), "region_too_large");
+    assert_eq!(parallel(0.0, f64::MAX, f64::MIN_POSITIVE), "region_too_large");
     let covariance = Uncertainty::Covariance { sigma_east_m: 1.0, sigma_north_m: 1.0, correlation: 1.0 };
     assert_eq!(at(home, IMAGE, covariance), "parameter_out_of_range");
 }
