@@ -6,14 +6,25 @@ use overfly::store::Reader;
 use std::path::PathBuf;
 
 const HELP: &str = "\
-The image's centre lies anywhere within half the image, half the inaccuracy and the drift of the given position (the
-paper's sequential mode), or within the 99.7 % ellipse of the given standard deviations, widened by the image.
+The region by mode:
+  sequential  --inaccuracy-m --drift-m: the image's centre lies within half the inaccuracy and the drift of the given
+              position (the paper's equation 3). Or --sigma-east-m --sigma-north-m: within the 99.7 % ellipse.
+  parallel    --inaccuracy-m --unit-drift-m --execution-s --relative-s: as sequential, the drift being that of the relative
+              registrations that ran beside an absolute one (equation 17).
+  combined    --inaccuracy-m --speed-mps --execution-s --min-turn-radius-m: the position and heading are those of the last
+              fix; from there the aircraft flew for exactly the execution time, turning as it liked. All ground that
+              its image can show then.
+Each is widened by the image itself.
 
 Examples:
   overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
       --across-m 400 --along-m 300 --inaccuracy-m 20 --drift-m 250
   overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
-      --across-m 400 --along-m 300 --sigma-east-m 80 --sigma-north-m 50 --max-tiles 10 --json";
+      --across-m 400 --along-m 300 --sigma-east-m 80 --sigma-north-m 50 --max-tiles 10 --json
+  overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
+      --across-m 400 --along-m 300 --mode parallel --inaccuracy-m 20 --unit-drift-m 2 --execution-s 10 --relative-s 0.2
+  overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
+      --across-m 400 --along-m 300 --mode combined --inaccuracy-m 20 --speed-mps 40 --execution-s 8 --min-turn-radius-m 300";
 
 /// Arguments: the HTTP parameters by the same names.
 #[derive(clap::Args)]
@@ -22,13 +33,13 @@ pub struct Args {
     /// The store.
     #[arg(long, value_name = "FILE")]
     db: PathBuf,
-    /// Most likely position of the image's centre, degrees north.
+    /// Most likely position of the image's centre, degrees north; combined: where the last fix was.
     #[arg(long, value_name = "DEG")]
     latitude_deg: f64,
-    /// Most likely position of the image's centre, degrees east.
+    /// The same, degrees east.
     #[arg(long, value_name = "DEG")]
     longitude_deg: f64,
-    /// Direction of the image's upper edge, clockwise from true north, [0, 360).
+    /// Direction of the image's upper edge, clockwise from true north, [0, 360); combined: that of the last fix.
     #[arg(long, value_name = "DEG")]
     heading_deg: f64,
     /// The image's extent on the ground across the heading, metres (the paper's a).
@@ -37,30 +48,39 @@ pub struct Args {
     /// The image's extent on the ground along the heading, metres (the paper's b).
     #[arg(long, value_name = "M")]
     along_m: f64,
-    /// Full width of the last fix's error, metres (the paper's I).
-    #[arg(
-        long,
-        required_unless_present = "sigma_east_m",
-        requires = "drift_m",
-        conflicts_with = "sigma_east_m",
-        value_name = "M"
-    )]
+    /// Coupling mode: sequential, parallel or combined [default: sequential].
+    #[arg(long, value_name = "MODE")]
+    mode: Option<String>,
+    /// Full width of the last fix's error, metres (the paper's I). Every mode.
+    #[arg(long, value_name = "M")]
     inaccuracy_m: Option<f64>,
-    /// Drift since the last fix to either side, metres (the paper's D_T).
-    #[arg(long, requires = "inaccuracy_m", value_name = "M")]
+    /// Drift since the last fix to either side, metres (the paper's D_T). Sequential.
+    #[arg(long, value_name = "M")]
     drift_m: Option<f64>,
-    /// Instead of inaccuracy and drift: one standard deviation towards east, metres.
-    #[arg(long, requires = "sigma_north_m", value_name = "M")]
+    /// Instead of inaccuracy and drift: one standard deviation towards east, metres. Sequential.
+    #[arg(long, value_name = "M")]
     sigma_east_m: Option<f64>,
     /// One standard deviation towards north, metres.
-    #[arg(long, requires = "sigma_east_m", value_name = "M")]
+    #[arg(long, value_name = "M")]
     sigma_north_m: Option<f64>,
     /// Correlation of both, in (-1, 1) [default: 0].
     #[arg(long, value_name = "R")]
     correlation: Option<f64>,
-    /// Coupling mode; this version answers for sequential [default: sequential].
-    #[arg(long, value_name = "MODE")]
-    mode: Option<String>,
+    /// Drift of one relative registration to either side, metres (the paper's D_U). Parallel.
+    #[arg(long, value_name = "M")]
+    unit_drift_m: Option<f64>,
+    /// How long the absolute registration before this search ran, seconds (the paper's t_exe). Parallel, combined.
+    #[arg(long, value_name = "S")]
+    execution_s: Option<f64>,
+    /// Time of one relative registration, seconds (the paper's t0). Parallel.
+    #[arg(long, value_name = "S")]
+    relative_s: Option<f64>,
+    /// Ground speed, metres per second (the paper's v). Combined.
+    #[arg(long, value_name = "MPS")]
+    speed_mps: Option<f64>,
+    /// Least turn radius, metres (the paper's R_min). Combined.
+    #[arg(long, value_name = "M")]
+    min_turn_radius_m: Option<f64>,
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
@@ -86,10 +106,14 @@ impl Args {
             sigma_north_m: self.sigma_north_m,
             correlation: self.correlation,
             mode: self.mode.clone(),
+            unit_drift_m: self.unit_drift_m,
+            execution_s: self.execution_s,
+            relative_s: self.relative_s,
+            speed_mps: self.speed_mps,
+            min_turn_radius_m: self.min_turn_radius_m,
             layer: self.layer.clone(),
             max_tiles: self.max_tiles,
             gsd_m_per_px: self.gsd_m_per_px,
-            ..CandidateParameters::default()
         }
     }
 }

@@ -137,7 +137,6 @@ fn candidates_status(error: &CandidatesError) -> StatusCode {
         | CandidatesError::LayerNotStated { .. }
         | CandidatesError::RegionTooLarge { .. }
         | CandidatesError::TooManyTiles { .. } => StatusCode::BAD_REQUEST,
-        CandidatesError::ModeNotBuilt { .. } => StatusCode::NOT_IMPLEMENTED,
         CandidatesError::Store(error) => store_status(error),
     }
 }

@@ -179,26 +179,94 @@ fn a_covariance_is_taken_instead_of_drift() {
     assert!(json["containment"].as_f64().unwrap() >= 0.997, "{json}");
 }
 
+const PARALLEL: [(&str, Option<&str>); 5] = [
+    ("mode", Some("parallel")),
+    ("drift_m", None),
+    ("unit_drift_m", Some("5")),
+    ("execution_s", Some("2")),
+    ("relative_s", Some("0.1")),
+];
+
+const COMBINED: [(&str, Option<&str>); 5] = [
+    ("mode", Some("combined")),
+    ("drift_m", None),
+    ("speed_mps", Some("50")),
+    ("execution_s", Some("4")),
+    ("min_turn_radius_m", Some("300")),
+];
+
 #[test]
-fn modes_that_are_not_built_answer_501() {
+fn the_parallel_mode_is_the_sequential_one_with_its_drift() {
     let stand = Stand::new();
-    for changes in [
-        vec![
-            ("mode", Some("parallel")),
-            ("unit_drift_m", Some("1")),
-            ("execution_s", Some("2")),
-            ("relative_s", Some("0.1")),
-        ],
-        vec![
-            ("mode", Some("combined")),
-            ("speed_mps", Some("50")),
-            ("execution_s", Some("2")),
-            ("min_turn_radius_m", Some("300")),
-        ],
+    let parallel = stand.get(&question(&PARALLEL)).json();
+    // 2 s of relative registrations of 0.1 s, 5 m each.
+    assert_eq!(parallel, stand.get(&question(&[("drift_m", Some("100"))])).json());
+    assert!((parallel["nominal_count"].as_f64().unwrap() - 850.0 * 650.0 / (600.0 * 400.0)).abs() < 1e-9);
+}
+
+#[test]
+fn the_combined_mode_looks_ahead_of_the_last_fix() {
+    let stand = Stand::new();
+    let json = stand.get(&question(&COMBINED)).json();
+    // (28): 200 m of flight no tighter than 300 m, 600 m across, over one image.
+    let swept_m2 = 2.0 * 200f64.powi(3) / 900.0 + 600.0 * 200.0;
+    assert!((json["nominal_count"].as_f64().unwrap() - swept_m2 / 240_000.0).abs() < 1e-9);
+    let longer = [&COMBINED[..], &[("execution_s", Some("60"))]].concat();
+    assert!(stand.get(&question(&longer)).json()["nominal_count"].as_f64().unwrap() > 50.0, "by area from 300 m on");
+    // The region lies about 200 m in the direction of the heading of the last fix.
+    let mean = |json: &Value| {
+        let ring = json["region"]["coordinates"][0].as_array().unwrap();
+        let of = |k: usize| {
+            let all: Vec<f64> = ring.iter().map(|p| p[k].as_f64().unwrap()).collect();
+            let (low, high) = all.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
+            (low + high) / 2.0
+        };
+        [of(0), of(1)]
+    };
+    let [_, north] = mean(&stand.get(&question(&[&COMBINED[..], &[("heading_deg", Some("0"))]].concat())).json());
+    let [_, south] = mean(&stand.get(&question(&[&COMBINED[..], &[("heading_deg", Some("180"))]].concat())).json());
+    let apart_m = (north - south) * 111_200.0;
+    assert!((300.0..400.0).contains(&apart_m), "{apart_m}");
+}
+
+#[test]
+fn each_mode_names_what_it_misses_and_what_it_does_not_take() {
+    let stand = Stand::new();
+    for (mode, needed, foreign) in [
+        (&PARALLEL, &["inaccuracy_m", "unit_drift_m", "execution_s", "relative_s"][..], ["drift_m", "speed_mps"]),
+        (
+            &COMBINED,
+            &["inaccuracy_m", "speed_mps", "execution_s", "min_turn_radius_m"][..],
+            ["drift_m", "sigma_east_m"],
+        ),
     ] {
-        let reply = stand.get(&question(&changes));
-        assert_eq!((reply.status.as_u16(), reply.json()["code"].as_str()), (501, Some("mode_not_built")));
-        assert!(reply.json()["detail"].as_str().unwrap().contains("not built yet"));
+        for &name in needed {
+            let asked = |value| stand.get(&question(&[&mode[..], &[(name, value)]].concat()));
+            let (status, code, parameter) = asked(None).problem();
+            assert_eq!((status, code.as_str(), parameter.as_deref()), (400, "parameter_missing", Some(name)));
+            for value in ["NaN", "inf", "-1", "abc", "1e308", "-1e308"] {
+                let reply = asked(Some(value));
+                // As large as numbers go: a region too large, or straight flight, or no drift, never a crash.
+                if value == "1e308" && reply.status == StatusCode::OK {
+                    assert!(["min_turn_radius_m", "relative_s"].contains(&name), "{name}");
+                    continue;
+                }
+                let (status, code, parameter) = reply.problem();
+                assert_eq!(status, 400, "{name}={value}");
+                assert!(
+                    parameter.as_deref() == Some(name) || (value == "1e308" && code == "region_too_large"),
+                    "{name}={value}: {code} {parameter:?}"
+                );
+            }
+        }
+        for name in needed.iter().filter(|name| !["inaccuracy_m", "unit_drift_m"].contains(name)) {
+            let (status, code, parameter) = stand.get(&question(&[&mode[..], &[(name, Some("0"))]].concat())).problem();
+            assert_eq!((status, code.as_str(), parameter.as_deref()), (400, "parameter_out_of_range", Some(*name)));
+        }
+        for name in foreign {
+            let (status, code, parameter) = stand.get(&question(&[&mode[..], &[(name, Some("3"))]].concat())).problem();
+            assert_eq!((status, code.as_str(), parameter.as_deref()), (400, "parameter_conflict", Some(name)));
+        }
     }
 }
 

@@ -38,12 +38,6 @@ pub enum CandidatesError {
         /// What was given.
         mode: String,
     },
-    /// A mode that the program knows of but cannot do.
-    #[error("mode {mode} is not built yet: ask with mode=sequential or with sigma_east_m and sigma_north_m")]
-    ModeNotBuilt {
-        /// Which.
-        mode: &'static str,
-    },
     /// No layer was named and none stands out.
     #[error("name a layer: the store has {}", listed(layers))]
     LayerNotStated {
@@ -52,7 +46,7 @@ pub enum CandidatesError {
     },
     /// The region reaches too far.
     #[error(
-        "the region reaches {reach_m:.0} m from its centre, the limit is {MAX_REACH_M} m: state less drift or uncertainty"
+        "the region reaches {reach_m:.0} m from its centre, the limit is {MAX_REACH_M} m: state less drift, uncertainty, speed or time"
     )]
     RegionTooLarge {
         /// From the centre, metres.
@@ -90,7 +84,6 @@ impl CandidatesError {
             Self::OutOfRange { .. } => "parameter_out_of_range",
             Self::Conflict { .. } => "parameter_conflict",
             Self::UnknownMode { .. } => "mode_unknown",
-            Self::ModeNotBuilt { .. } => "mode_not_built",
             Self::LayerNotStated { .. } => "layer_not_stated",
             Self::RegionTooLarge { .. } => "region_too_large",
             Self::TooManyTiles { .. } => "too_many_tiles",
@@ -102,7 +95,7 @@ impl CandidatesError {
     pub fn parameter(&self) -> Option<&'static str> {
         match self {
             Self::Missing { name, .. } | Self::OutOfRange { name, .. } | Self::Conflict { name, .. } => Some(name),
-            Self::UnknownMode { .. } | Self::ModeNotBuilt { .. } => Some("mode"),
+            Self::UnknownMode { .. } => Some("mode"),
             Self::LayerNotStated { .. } => Some("layer"),
             Self::RegionTooLarge { .. } | Self::TooManyTiles { .. } | Self::Store(_) => None,
         }

@@ -7,11 +7,11 @@ use crate::region::{ImageOnGround, Uncertainty};
 /// Every parameter of a question, as given. Degrees and metres, by the names' suffixes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CandidateParameters {
-    /// Most likely position of the image's centre, degrees north.
+    /// Most likely position of the image's centre, degrees north; in the combined mode where the last fix was.
     pub latitude_deg: Option<f64>,
-    /// Most likely position of the image's centre, degrees east.
+    /// The same, degrees east.
     pub longitude_deg: Option<f64>,
-    /// Direction of the image's upper edge, [0, 360).
+    /// Direction of the image's upper edge, [0, 360); in the combined mode where the last fix was.
     pub heading_deg: Option<f64>,
     /// a: the image's ground extent across the heading.
     pub across_m: Option<f64>,
@@ -19,7 +19,7 @@ pub struct CandidateParameters {
     pub along_m: Option<f64>,
     /// I: full width of the last fix's error.
     pub inaccuracy_m: Option<f64>,
-    /// D_T: drift since the last fix, one-sided.
+    /// D_T: drift since the last fix, one-sided. Of the sequential mode.
     pub drift_m: Option<f64>,
     /// Instead of inaccuracy and drift: one standard deviation towards east.
     pub sigma_east_m: Option<f64>,
@@ -29,15 +29,15 @@ pub struct CandidateParameters {
     pub correlation: Option<f64>,
     /// sequential (default), parallel or combined.
     pub mode: Option<String>,
-    /// Of the parallel mode.
+    /// D_U: drift of one relative registration, one-sided. Of the parallel mode.
     pub unit_drift_m: Option<f64>,
-    /// Of the parallel and the combined mode.
+    /// t_exe: how long the absolute registration before this search ran. Of the parallel and the combined mode.
     pub execution_s: Option<f64>,
-    /// Of the parallel mode.
+    /// t0: time of one relative registration. Of the parallel mode.
     pub relative_s: Option<f64>,
-    /// Of the combined mode.
+    /// v: ground speed. Of the combined mode.
     pub speed_mps: Option<f64>,
-    /// Of the combined mode.
+    /// R_min: least turn radius. Of the combined mode.
     pub min_turn_radius_m: Option<f64>,
     /// Which layer.
     pub layer: Option<String>,
@@ -51,9 +51,9 @@ impl CandidateParameters {
     /// The question they ask.
     ///
     /// # Errors
-    /// What is missing, out of range or contradictory, by name; modes that are not built.
+    /// What is missing, out of range or contradictory, by name.
     pub fn query(self) -> Result<CandidateQuery, CandidatesError> {
-        self.refuse_other_modes()?;
+        let uncertainty = self.uncertainty()?;
         let latitude_deg = in_range("latitude_deg", self.latitude_deg, MAX_LATITUDE_DEG, LATITUDE)?;
         let longitude_deg = in_range("longitude_deg", self.longitude_deg, 180.0, "degrees in [-180, 180]")?;
         let heading_deg = required("heading_deg", self.heading_deg, HEADING)?;
@@ -73,51 +73,97 @@ impl CandidateParameters {
                 along_m: required("along_m", self.along_m, LENGTH)?,
                 heading_rad: heading_deg.to_radians(),
             },
-            uncertainty: self.uncertainty()?,
+            uncertainty,
             layer: self.layer,
             max_tiles: self.max_tiles.map(|n| usize::try_from(n).unwrap_or(usize::MAX)),
             gsd_m_per_px: self.gsd_m_per_px,
         })
     }
 
-    fn refuse_other_modes(&self) -> Result<(), CandidatesError> {
-        match self.mode.as_deref() {
-            None | Some("sequential") => {}
-            Some("parallel") => return Err(CandidatesError::ModeNotBuilt { mode: "parallel" }),
-            Some("combined") => return Err(CandidatesError::ModeNotBuilt { mode: "combined" }),
-            Some(mode) => return Err(CandidatesError::UnknownMode { mode: mode.to_owned() }),
-        }
-        let foreign = [
-            ("unit_drift_m", self.unit_drift_m),
-            ("execution_s", self.execution_s),
-            ("relative_s", self.relative_s),
-            ("speed_mps", self.speed_mps),
-            ("min_turn_radius_m", self.min_turn_radius_m),
+    fn uncertainty(&self) -> Result<Uncertainty, CandidatesError> {
+        let mode = Mode::named(self.mode.as_deref())?;
+        self.refuse_parameters_of_other_modes(mode)?;
+        let inaccuracy_m = || required("inaccuracy_m", self.inaccuracy_m, NOT_NEGATIVE);
+        let execution_s = || required("execution_s", self.execution_s, TIME);
+        Ok(match mode {
+            Mode::Sequential if self.by_covariance() => Uncertainty::Covariance {
+                sigma_east_m: required("sigma_east_m", self.sigma_east_m, LENGTH)?,
+                sigma_north_m: required("sigma_north_m", self.sigma_north_m, LENGTH)?,
+                correlation: self.correlation.unwrap_or(0.0),
+            },
+            Mode::Sequential => Uncertainty::Sequential {
+                inaccuracy_m: inaccuracy_m()?,
+                drift_m: required("drift_m", self.drift_m, NOT_NEGATIVE)?,
+            },
+            Mode::Parallel => Uncertainty::Parallel {
+                inaccuracy_m: inaccuracy_m()?,
+                unit_drift_m: required("unit_drift_m", self.unit_drift_m, NOT_NEGATIVE)?,
+                execution_s: execution_s()?,
+                relative_s: required("relative_s", self.relative_s, TIME)?,
+            },
+            Mode::Combined => Uncertainty::Combined {
+                inaccuracy_m: inaccuracy_m()?,
+                speed_mps: required("speed_mps", self.speed_mps, SPEED)?,
+                execution_s: execution_s()?,
+                min_turn_radius_m: required("min_turn_radius_m", self.min_turn_radius_m, LENGTH)?,
+            },
+        })
+    }
+
+    fn by_covariance(&self) -> bool {
+        self.sigma_east_m.is_some() || self.sigma_north_m.is_some() || self.correlation.is_some()
+    }
+
+    fn refuse_parameters_of_other_modes(&self, mode: Mode) -> Result<(), CandidatesError> {
+        use Mode::{Combined, Parallel, Sequential};
+        let of: [(&'static str, Option<f64>, &[Mode]); 9] = [
+            ("drift_m", self.drift_m, &[Sequential]),
+            ("unit_drift_m", self.unit_drift_m, &[Parallel]),
+            ("execution_s", self.execution_s, &[Parallel, Combined]),
+            ("relative_s", self.relative_s, &[Parallel]),
+            ("speed_mps", self.speed_mps, &[Combined]),
+            ("min_turn_radius_m", self.min_turn_radius_m, &[Combined]),
+            ("sigma_east_m", self.sigma_east_m, &[Sequential]),
+            ("sigma_north_m", self.sigma_north_m, &[Sequential]),
+            ("correlation", self.correlation, &[Sequential]),
         ];
-        match foreign.into_iter().find(|(_, value)| value.is_some()) {
-            Some((name, _)) => Err(CandidatesError::Conflict { name, with: "mode=sequential" }),
+        if let Some((name, ..)) = of.into_iter().find(|(_, value, modes)| value.is_some() && !modes.contains(&mode)) {
+            return Err(CandidatesError::Conflict { name, with: mode.parameter() });
+        }
+        let beside = [("inaccuracy_m", self.inaccuracy_m), ("drift_m", self.drift_m)];
+        match beside.into_iter().find(|(_, value)| value.is_some() && self.by_covariance()) {
+            Some((name, _)) => {
+                Err(CandidatesError::Conflict { name, with: "sigma_east_m, sigma_north_m, correlation" })
+            }
             None => Ok(()),
         }
     }
+}
 
-    fn uncertainty(&self) -> Result<Uncertainty, CandidatesError> {
-        let by_covariance = self.sigma_east_m.is_some() || self.sigma_north_m.is_some() || self.correlation.is_some();
-        if !by_covariance {
-            return Ok(Uncertainty::Sequential {
-                inaccuracy_m: required("inaccuracy_m", self.inaccuracy_m, NOT_NEGATIVE)?,
-                drift_m: required("drift_m", self.drift_m, NOT_NEGATIVE)?,
-            });
+/// The coupling modes by their names in `mode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Sequential,
+    Parallel,
+    Combined,
+}
+
+impl Mode {
+    fn named(name: Option<&str>) -> Result<Self, CandidatesError> {
+        match name {
+            None | Some("sequential") => Ok(Self::Sequential),
+            Some("parallel") => Ok(Self::Parallel),
+            Some("combined") => Ok(Self::Combined),
+            Some(mode) => Err(CandidatesError::UnknownMode { mode: mode.to_owned() }),
         }
-        for (name, value) in [("inaccuracy_m", self.inaccuracy_m), ("drift_m", self.drift_m)] {
-            if value.is_some() {
-                return Err(CandidatesError::Conflict { name, with: "sigma_east_m, sigma_north_m, correlation" });
-            }
+    }
+
+    fn parameter(self) -> &'static str {
+        match self {
+            Self::Sequential => "mode=sequential",
+            Self::Parallel => "mode=parallel",
+            Self::Combined => "mode=combined",
         }
-        Ok(Uncertainty::Covariance {
-            sigma_east_m: required("sigma_east_m", self.sigma_east_m, LENGTH)?,
-            sigma_north_m: required("sigma_north_m", self.sigma_north_m, LENGTH)?,
-            correlation: self.correlation.unwrap_or(0.0),
-        })
     }
 }
 
@@ -125,6 +171,8 @@ const LATITUDE: &str = "degrees in [-85.051128, 85.051128], where the tile matri
 const HEADING: &str = "degrees clockwise from true north in [0, 360)";
 const LENGTH: &str = "more than 0 and finite";
 const NOT_NEGATIVE: &str = "metres, at least 0 and finite";
+const TIME: &str = "seconds, more than 0 and finite";
+const SPEED: &str = "metres per second, more than 0 and finite";
 
 fn required(name: &'static str, value: Option<f64>, expected: &'static str) -> Result<f64, CandidatesError> {
     value.ok_or(CandidatesError::Missing { name, expected })
@@ -190,7 +238,77 @@ mod tests {
         assert_eq!(refusal(|p| p.gsd_m_per_px = Some(-1.0)), out("gsd_m_per_px"));
         assert_eq!(refusal(|p| p.sigma_east_m = Some(1.0)), ("parameter_conflict", Some("inaccuracy_m")));
         assert_eq!(refusal(|p| p.speed_mps = Some(1.0)), ("parameter_conflict", Some("speed_mps")));
-        assert_eq!(refusal(|p| p.mode = Some("parallel".into())), ("mode_not_built", Some("mode")));
         assert_eq!(refusal(|p| p.mode = Some("fast".into())), ("mode_unknown", Some("mode")));
+    }
+
+    fn parallel() -> CandidateParameters {
+        CandidateParameters {
+            mode: Some("parallel".into()),
+            drift_m: None,
+            unit_drift_m: Some(1.0),
+            execution_s: Some(2.0),
+            relative_s: Some(0.1),
+            ..complete()
+        }
+    }
+
+    fn combined() -> CandidateParameters {
+        CandidateParameters {
+            mode: Some("combined".into()),
+            drift_m: None,
+            speed_mps: Some(50.0),
+            execution_s: Some(2.0),
+            min_turn_radius_m: Some(300.0),
+            ..complete()
+        }
+    }
+
+    #[test]
+    fn each_mode_takes_its_own() {
+        let uncertainty = |parameters: CandidateParameters| parameters.query().unwrap().uncertainty;
+        assert_eq!(
+            uncertainty(parallel()),
+            Uncertainty::Parallel { inaccuracy_m: 50.0, unit_drift_m: 1.0, execution_s: 2.0, relative_s: 0.1 }
+        );
+        assert_eq!(
+            uncertainty(combined()),
+            Uncertainty::Combined { inaccuracy_m: 50.0, speed_mps: 50.0, execution_s: 2.0, min_turn_radius_m: 300.0 }
+        );
+    }
+
+    #[test]
+    fn each_mode_needs_all_of_its_own() {
+        let without = |mode: fn() -> CandidateParameters, forget: fn(&mut CandidateParameters), name: &'static str| {
+            let mut parameters = mode();
+            forget(&mut parameters);
+            let error = parameters.query().unwrap_err();
+            assert_eq!((error.code(), error.parameter()), ("parameter_missing", Some(name)));
+        };
+        without(parallel, |p| p.inaccuracy_m = None, "inaccuracy_m");
+        without(parallel, |p| p.unit_drift_m = None, "unit_drift_m");
+        without(parallel, |p| p.execution_s = None, "execution_s");
+        without(parallel, |p| p.relative_s = None, "relative_s");
+        without(combined, |p| p.inaccuracy_m = None, "inaccuracy_m");
+        without(combined, |p| p.speed_mps = None, "speed_mps");
+        without(combined, |p| p.execution_s = None, "execution_s");
+        without(combined, |p| p.min_turn_radius_m = None, "min_turn_radius_m");
+    }
+
+    #[test]
+    fn no_mode_takes_what_belongs_to_another() {
+        let with = |mode: fn() -> CandidateParameters, add: fn(&mut CandidateParameters), name: &'static str| {
+            let mut parameters = mode();
+            add(&mut parameters);
+            let error = parameters.query().unwrap_err();
+            assert_eq!((error.code(), error.parameter()), ("parameter_conflict", Some(name)));
+        };
+        with(complete, |p| p.execution_s = Some(1.0), "execution_s");
+        with(complete, |p| p.min_turn_radius_m = Some(1.0), "min_turn_radius_m");
+        with(parallel, |p| p.drift_m = Some(1.0), "drift_m");
+        with(parallel, |p| p.speed_mps = Some(1.0), "speed_mps");
+        with(parallel, |p| p.sigma_east_m = Some(1.0), "sigma_east_m");
+        with(combined, |p| p.drift_m = Some(1.0), "drift_m");
+        with(combined, |p| p.relative_s = Some(1.0), "relative_s");
+        with(combined, |p| p.correlation = Some(0.1), "correlation");
     }
 }
