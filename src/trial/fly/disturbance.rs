@@ -44,7 +44,7 @@ impl Disturbances {
     }
 
     fn is_black(&self, number: usize) -> bool {
-        self.blackout.is_some_and(|(first, count)| (first..first + count).contains(&number))
+        self.blackout.is_some_and(|(first, count)| (first..first.saturating_add(count)).contains(&number))
     }
 
     /// An image as it is seen.

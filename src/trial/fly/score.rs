@@ -89,6 +89,9 @@ fn is_in_ellipse95(o: &FlyOutcome) -> bool {
 fn recovered_after(outcomes: &[FlyOutcome], right_m: f64) -> Option<usize> {
     let begin = outcomes.iter().rposition(|o| o.is_hidden).map_or(0, |last| last + 1);
     let last_wrong = outcomes.iter().rposition(|o| o.error.length_m() > right_m && !o.is_hidden);
+    if begin == outcomes.len() {
+        return None;
+    }
     match last_wrong {
         Some(last) if last + 1 == outcomes.len() => None,
         Some(last) if last >= begin => Some(last + 1 - begin),
