@@ -55,8 +55,8 @@ impl Image {
         Camera::new(&self.view(height_agl_m), size(self.gray.width_px()), size(self.gray.height_px()))
     }
 
-    /// The step from this image to a later one by relative registration; `None` where they cannot be registered, or where the
-    /// motion contradicts the sensors.
+    /// The step from this image to a later one by relative registration; `None` where they cannot be registered, where one looks
+    /// too far aside, or where the motion contradicts the sensors.
     ///
     /// # Errors
     /// As [`Image::camera`].
@@ -90,9 +90,12 @@ struct Level {
 const MOST_EDGE_PX: f64 = 720.0;
 
 impl Level {
-    /// `None` where the camera sees the horizon.
+    /// `None` where the camera sees the horizon or looks too far aside.
     fn of(image: &Image) -> Result<Option<Self>, CameraError> {
-        let camera = image.camera(1.0)?;
+        let camera = match image.camera(1.0) {
+            Err(CameraError::TooFarOffNadir { .. }) => return Ok(None),
+            camera => camera?,
+        };
         let edge_px = ((image.gray.width_px() * image.gray.height_px()) as f64).sqrt();
         let factor = (edge_px / MOST_EDGE_PX).ceil() as usize;
         let gray = if factor > 1 { image.gray.binned(factor) } else { Gray::clone(&image.gray) };
@@ -205,6 +208,17 @@ mod tests {
         };
         let gray = Gray::from_values(400, 300, (0..120_000).map(bright).collect()).unwrap();
         Image { gray: Arc::new(gray), ..blank }
+    }
+
+    #[test]
+    fn an_image_that_looks_aside_is_no_link_and_no_error() {
+        let sigmas = SensorSigmas {
+            heading_offset_rad: 0.05,
+            heading_noise_rad: 0.02,
+            height_offset_ratio: 0.03,
+            height_noise_ratio: 0.01,
+        };
+        assert_eq!(tilted(0.0, 0.0).step_to(&image(0.0, 60.0), &sigmas).unwrap(), None);
     }
 
     #[test]

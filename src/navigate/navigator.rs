@@ -5,8 +5,9 @@ use super::position::{Position, Source};
 use super::search::Patience;
 use super::velocity::Velocity;
 use super::{Estimate, Image, Mode, Move, NavigateError, NavigateOptions};
+use crate::camera::CameraError;
 use crate::geodesy::Geodetic;
-use crate::locate::{Answer, Fix, locate};
+use crate::locate::{Answer, Fix, LocateError, locate};
 use crate::store::Reader;
 
 /// An innovation beyond this is no accident: chi-square of two degrees, once in a million.
@@ -40,8 +41,9 @@ pub struct Navigator<'a> {
 struct Running {
     done_s: f64,
     answer: Answer,
-    /// As estimated at that image, and what was moved since.
+    /// As estimated at that image, and where a fix before it says that it was taken instead; and what was moved since.
     began: Estimate,
+    suspect: Option<Estimate>,
     image: Image,
     moved: Vec<Move>,
 }
@@ -147,7 +149,7 @@ impl<'a> Navigator<'a> {
     fn register(&mut self, image: &Image, relative_count: usize, now_s: f64) -> Result<Position, NavigateError> {
         let mut searched = None;
         if self.running.is_none() && now_s >= self.busy_until_s && self.is_due() {
-            searched = Some(self.begin(image, now_s)?);
+            searched = self.begin(image, now_s)?;
             let done_s = self.running.as_ref().map_or(now_s, |r| r.done_s);
             if self.waits(done_s, image) {
                 self.busy_until_s = done_s;
@@ -197,20 +199,26 @@ impl<'a> Navigator<'a> {
         }
     }
 
-    fn begin(&mut self, image: &Image, now_s: f64) -> Result<Searched, NavigateError> {
+    fn begin(&mut self, image: &Image, now_s: f64) -> Result<Option<Searched>, NavigateError> {
         let at = self.suspect.as_ref().unwrap_or(&self.estimate);
         let patience = if self.suspect.is_some() { Patience::default() } else { self.patience };
         let request = patience.request(&self.options.layer, image, at);
-        let answer = locate(self.store, &image.gray, &request, self.options.threads)?;
+        let answer = match locate(self.store, &image.gray, &request, self.options.threads) {
+            // A region grown beyond all searching and a camera that looks aside are no fix, and no end of a flight.
+            Err(LocateError::TooWide { .. } | LocateError::Camera(CameraError::TooFarOffNadir { .. })) => {
+                return Ok(None);
+            }
+            answer => answer?,
+        };
         let (tiles, nominal_count, fix) = match &answer {
             Answer::Fix(f) => (f.tiles_searched, f.nominal_count, Some(f.clone())),
             Answer::NoFix(n) => (n.tiles_searched, n.nominal_count, None),
         };
         let done_s = now_s + self.options.clock.execution_s(tiles);
-        let (began, image) = (self.estimate.clone(), image.clone());
-        self.running = Some(Running { done_s, answer, began, image, moved: Vec::new() });
+        let (began, suspect, image) = (self.estimate.clone(), self.suspect.clone(), image.clone());
+        self.running = Some(Running { done_s, answer, began, suspect, image, moved: Vec::new() });
         self.since_absolute = 0;
-        Ok(Searched { tiles, nominal_count, fix })
+        Ok(Some(Searched { tiles, nominal_count, fix }))
     }
 
     /// Takes in the result of the running registration, if it is there by `now_s`.
@@ -230,13 +238,10 @@ impl<'a> Navigator<'a> {
     /// A fix that agrees with the estimate corrects it; one that does not is kept until another agrees with it.
     fn weigh(&mut self, fix: &Fix, running: &Running) -> Result<(), NavigateError> {
         let agrees = |at: &Estimate| at.innovation(fix).is_some_and(|square| square <= GATE);
-        let confirmed = self.suspect.take().filter(agrees);
-        let base = match confirmed {
-            Some(suspect) => Some(suspect),
-            None if agrees(&running.began) => Some(running.began.clone()),
-            None => None,
-        };
-        if let Some(mut corrected) = base {
+        self.suspect = None;
+        // Both as they were at the image that the fix was made of.
+        let confirmed = running.suspect.iter().chain([&running.began]).find(|at| agrees(at));
+        if let Some(mut corrected) = confirmed.cloned() {
             self.patience.succeeded();
             self.correct(&mut corrected, fix, running)?;
             self.velocity = self.fixed_velocity(&corrected, running.image.time_s);

@@ -90,6 +90,19 @@ fn a_late_result_is_carried_forward() {
 }
 
 #[test]
+fn a_late_result_tells_of_a_wrong_start_too() {
+    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let disturbances = Disturbances { start_error_m: 600.0, ..Default::default() };
+    let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances };
+    // Between an image and its result one or two others are taken: what contradicts and what confirms are of different images.
+    let clock = Clock { fixed_s: 5.0, seconds_per_tile: 0.0, ..Clock::default() };
+    let late = NavigateOptions { clock, ..options(Mode::Parallel, 2) };
+    let outcomes = trial.run(&late, |_| {}).unwrap();
+    let error = score(Mode::Parallel, &outcomes[20..]).position_error_m.unwrap();
+    assert!(error.max < 12.0, "{error:?}");
+}
+
+#[test]
 fn dead_reckoning_is_scored_run_by_run() {
     let flight = Flight::read(&project("tiles/flight")).unwrap();
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances: Disturbances::default() };
