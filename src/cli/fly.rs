@@ -8,7 +8,7 @@ use overfly::navigate::{Clock, Mode, NavigateOptions, SensorSigmas};
 use overfly::report::{Flown, Mosaic, flown_page};
 use overfly::store::{Layer, Reader, StoreError};
 use overfly::tile::TILE_SIZE_PX;
-use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, Spread, write_positions};
+use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, ScaleSource, Spread, write_positions};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -230,7 +230,7 @@ fn text(score: &FlyScore) -> String {
     format!(
         "{}\n  images     {} ({} absolute registrations, {} of them fixes, {} false; {} relative ones)\n  position   {} m off\n  \
          ellipse    {} of the positions have the truth in their own 95 % ellipse\n  within {:.0} m for good: {recovered}\n  \
-         beside it  dead reckoning {} m off",
+         beside it  dead reckoning {} m off{}",
         score.mode.word(),
         score.frames,
         score.absolute_count,
@@ -241,5 +241,22 @@ fn text(score: &FlyScore) -> String {
         score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.1} %", 100.0 * c)),
         score.right_m,
         spread(&score.dead_reckoning_error_m),
+        reckoned_text(score),
     )
+}
+
+/// Each run of dead reckoning, as it is and with one scale.
+fn reckoned_text(score: &FlyScore) -> String {
+    let Some(scale) = score.scale else { return String::new() };
+    let from = match scale.from {
+        ScaleSource::Fixes => "known from fixes",
+        ScaleSource::Truth => "fitted to the truth",
+    };
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
+    let runs = score.dead_reckoning_runs.iter().map(|run| {
+        let scaled = run.scaled_end_error_share.map(percent).unwrap_or_default();
+        format!("{} ({scaled}) % of {:.0} m", percent(run.end_error_share), run.path_m)
+    });
+    let runs: Vec<String> = runs.collect();
+    format!("\n  its runs   end {} off; in brackets with heights times {:.3}, {from}", runs.join(", "), scale.ratio)
 }

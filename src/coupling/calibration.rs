@@ -56,8 +56,8 @@ pub struct SearchCost {
 }
 
 impl Calibration {
-    /// Constants of the project, for where nothing was measured: `overfly calibrate` on two busy cores of a 2 GHz server
-    /// (a quarter of a core was left to it, so times are long), on the demo's imagery; drifts rounded up.
+    /// Constants of the project, for where nothing was measured: `overfly calibrate` on an idle core of a Xeon server, on the
+    /// demo's imagery.
     pub const PROJECT: Self = Self {
         images: CalibratedImages {
             edge_px: 512.0,
@@ -66,14 +66,14 @@ impl Calibration {
             matched_count: 79.0,
         },
         relative: RelativeCost {
-            seconds_per_descriptor: 5.7e-6,
-            load_s: 25e-3,
+            seconds_per_descriptor: 1.6e-6,
+            load_s: 6.1e-3,
             pair_comparison_s: 3.5e-9,
-            threshold_s_per_descriptor: 0.9e-6,
-            estimate_s: 3.0e-3,
+            threshold_s_per_descriptor: 1.0e-6,
+            estimate_s: 1.9e-3,
         },
-        drift: PixelDriftLaw { pair_drift_px: 0.1, floor_px: 0.01 },
-        search: SearchCost { seconds_per_store_tile: 2.2e-3, search_constant_s: 0.046, tile_px: 512.0 },
+        drift: PixelDriftLaw { pair_drift_px: 0.084, floor_px: 0.0033 },
+        search: SearchCost { seconds_per_store_tile: 4.5e-4, search_constant_s: 0.011, tile_px: 512.0 },
     };
 
     /// Whether all numbers are such that the models speak of them.

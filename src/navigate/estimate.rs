@@ -120,6 +120,16 @@ impl Estimate {
         self.state[COMPASS]
     }
 
+    /// True height over what the altimeter says.
+    pub fn height_scale(&self) -> f64 {
+        (-self.state[ALTIMETER]).exp()
+    }
+
+    /// One standard deviation of [`Estimate::height_scale`], as a ratio.
+    pub fn height_scale_sigma_ratio(&self) -> f64 {
+        self.covariance[(ALTIMETER, ALTIMETER)].max(0.0).sqrt()
+    }
+
     /// Moves on by a registered step.
     ///
     /// # Errors

@@ -29,9 +29,10 @@ pub struct Image {
 
 /// A step is not told better than this, in parts of its length: ground is not flat.
 const STEP_SHARE: f64 = 0.003;
-/// Nor turn and growth better than this: most steps of the drawn flight turn within 0.05 degrees of the truth, one in five is off by up
-/// to 0.5, and no covariance of a motion says which.
-const LEAST_TURN_SIGMA: f64 = 4e-3;
+/// How ground slopes under one image, one standard deviation per axis. Between two places a share of the height apart, a slope stretches
+/// the image by that share of itself, along the way only; a similarity takes half of it for turn (slope across the way) or for climb
+/// (slope along it). On the drawn flight, over hills, that is what turns err by: 0.2 degrees where brightness alone claims 0.01.
+const SLOPE_SIGMA: f64 = 0.025;
 /// A turn or climb that contradicts the sensors by more than so many of their standard deviations is no motion.
 const GATE_SIGMAS: f64 = 5.0;
 
@@ -141,16 +142,15 @@ fn step(motion: &Motion, own: &Level, others: &Level) -> Step {
     let length = per_height[0].hypot(per_height[1]);
     let registered = Matrix2::new(xx, -xy, -yx, yy) * gsd * gsd;
     let covariance = registered + Matrix2::identity() * (STEP_SHARE * length).powi(2);
-    let lever_px = (own.gray.width_px() as f64).hypot(own.gray.height_px() as f64) / 8.0;
-    let sigma = (((xx + yy) / 2.0).sqrt() / lever_px).hypot(LEAST_TURN_SIGMA);
+    let by_slope = SLOPE_SIGMA * length / 2.0;
     Step {
         per_height,
         covariance,
         turn_rad: motion.rotation_deg.to_radians(),
-        turn_sigma_rad: sigma,
+        turn_sigma_rad: motion.rotation_sigma_deg.to_radians().hypot(by_slope),
         // Both are of one metre's height: what a pixel of b covers, in pixels of a, is the ratio of the heights.
         log_climb: (motion.scale * own.per_height / others.per_height).ln(),
-        climb_sigma: sigma,
+        climb_sigma: motion.scale_sigma_ratio.hypot(by_slope),
     }
 }
 
@@ -185,6 +185,8 @@ mod tests {
             scale: 1.0,
             displacement_px: [dx, dy],
             covariance_px2: [[0.01, 0.0], [0.0, 0.01]],
+            rotation_sigma_deg: 0.05,
+            scale_sigma_ratio: 0.001,
             inliers: 50,
             matches: 60,
             log10_false_alarms: -60.0,

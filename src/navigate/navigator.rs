@@ -165,6 +165,8 @@ impl<'a> Navigator<'a> {
             heading_rad: self.estimate.heading_rad(),
             heading_sigma_rad: self.estimate.heading_sigma_rad(),
             covariance_m2: self.estimate.position_covariance_m2(),
+            height_scale: self.estimate.height_scale(),
+            height_scale_sigma_ratio: self.estimate.height_scale_sigma_ratio(),
             fix_age_s: fixed_s.map(|s| image.time_s - s),
             tiles_searched,
             nominal_count,

@@ -39,6 +39,10 @@ pub struct Position {
     pub heading_sigma_rad: f64,
     /// [[ee, en], [en, nn]], m^2.
     pub covariance_m2: [[f64; 2]; 2],
+    /// True height over what the altimeter says, as far as fixes have told; the nominal focal length's error is in it.
+    pub height_scale: f64,
+    /// One standard deviation of it, as a ratio.
+    pub height_scale_sigma_ratio: f64,
     /// Time since the image of the last fix; `None` before the first.
     pub fix_age_s: Option<f64>,
     /// Tiles that the absolute registration begun at this image searches; 0 where none was begun.

@@ -29,7 +29,7 @@ pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial};
 pub use flight::{Flight, Frame};
-pub use fly::{Disturbances, FlyOutcome, FlyScore, FlyTrial, RunScore, write_positions};
+pub use fly::{Disturbances, FlightScale, FlyOutcome, FlyScore, FlyTrial, RunScore, ScaleSource, write_positions};
 pub use legs::{Comparison, Leg, LegScore, SensorSigmas, run_legs};
 pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions, write_motions};
 pub use negatives::{

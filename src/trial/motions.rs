@@ -220,6 +220,8 @@ mod tests {
                 scale: 1.0,
                 displacement_px: [10.0, 0.0],
                 covariance_px2: [[0.01, 0.0], [0.0, 0.01]],
+                rotation_sigma_deg: 0.05,
+                scale_sigma_ratio: 0.001,
                 inliers: 40,
                 matches: 50,
                 log10_false_alarms: -40.0,

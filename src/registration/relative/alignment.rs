@@ -5,19 +5,19 @@
 //! Methodology 28, 2002): it holds whatever the residuals of a block have in common (relief, smoothing, moving things),
 //! and where few blocks carry most of the weight.
 
-use super::Similarity;
 use super::binomial::smoothed;
 use super::sums::{BlockSums, Brightness, PARAMETERS, Template};
+use super::{Precision, Similarity};
 use crate::pixels::Gray;
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix4, SMatrix, SVector, Vector2};
 
 /// The aligned similarity and how well it places b's centre.
 #[derive(Debug)]
 pub struct Aligned {
     /// Takes b to a.
     pub similarity: Similarity,
-    /// Of b's centre in a, px^2.
-    pub covariance: Matrix2<f64>,
+    /// How well that is known.
+    pub precision: Precision,
     /// Mean over the overlap's blocks of the correlation of a and b, in [-1, 1].
     pub correlation: f64,
 }
@@ -57,7 +57,7 @@ pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Op
     let aligned = align_alike(&small_a, &small_b, &start.in_pixels(wide_a, wide_b), centre / wide_b)?;
     Some(Aligned {
         similarity: aligned.similarity.in_pixels(1.0 / wide_a, 1.0 / wide_b),
-        covariance: aligned.covariance * wide_a * wide_a,
+        precision: aligned.precision.in_pixels(1.0 / wide_a),
         correlation: aligned.correlation,
     })
 }
@@ -93,9 +93,12 @@ fn align_alike(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> 
     if !(farthest <= MAX_CORRECTION_PX && motion.scale().is_finite()) {
         return None;
     }
-    let covariance = solved.covariance(&sums)? + Matrix2::identity() * (FLOOR_PX * FLOOR_PX);
+    let mut covariance = solved.covariance(&sums)? + Matrix4::identity() * (FLOOR_PX * FLOOR_PX);
+    covariance.fixed_rows_mut::<2>(2).scale_mut(1.0 / fine.radius_px);
+    covariance.fixed_columns_mut::<2>(2).scale_mut(1.0 / fine.radius_px);
+    let precision = Precision::of(&motion, &covariance);
     let correlation = sums.iter().map(|b| b.correlation).sum::<f64>() / sums.len() as f64;
-    Some(Aligned { similarity: motion, covariance, correlation })
+    Some(Aligned { similarity: motion, precision, correlation })
 }
 
 /// The grid's step for this overlap; `None` where it is too small.
@@ -139,16 +142,16 @@ impl Solved {
         step.iter().all(|v| v.is_finite()).then_some(Self { step, normal, right, deviation })
     }
 
-    /// Of b's centre, by leaving out each block in turn.
-    fn covariance(&self, blocks: &[BlockSums]) -> Option<Matrix2<f64>> {
+    /// Of the step's shift, turn and growth, by leaving out each block in turn.
+    fn covariance(&self, blocks: &[BlockSums]) -> Option<Matrix4<f64>> {
         let count = blocks.len() as f64;
         if count < PARAMETERS as f64 + LEAST_FREEDOM {
             return None;
         }
-        let mut scatter = Matrix2::zeros();
+        let mut scatter = Matrix4::zeros();
         for block in blocks {
             let without = (self.normal - block.normal).try_inverse()? * (self.right - block.right);
-            let off = (without - self.step).fixed_rows::<2>(0).into_owned();
+            let off = (without - self.step).fixed_rows::<4>(0).into_owned();
             scatter += off * off.transpose();
         }
         Some(scatter * ((count - 1.0) / count))

@@ -51,6 +51,10 @@ pub struct Motion {
     pub displacement_px: [f64; 2],
     /// Covariance of `displacement_px`, px^2.
     pub covariance_px2: [[f64; 2]; 2],
+    /// One standard deviation of `rotation_deg`.
+    pub rotation_sigma_deg: f64,
+    /// One standard deviation of `scale`, as a ratio of it.
+    pub scale_sigma_ratio: f64,
     /// Correspondences that agree.
     pub inliers: usize,
     /// Correspondences that were tried.

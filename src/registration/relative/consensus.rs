@@ -1,10 +1,10 @@
 //! The similarity that most correspondences agree on, and how surely that is no accident.
 
-use super::Similarity;
 use super::parallax::lower_surface;
+use super::{Precision, Similarity};
 use crate::registration::evidence::{Agreement, log10_false_alarms};
 use crate::simd::dispatch;
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector4};
 use std::f64::consts::PI;
 
 /// A point of image a and the one of image b taken for the same ground.
@@ -34,8 +34,8 @@ pub struct Frames {
 pub struct Consensus {
     /// Takes b to a.
     pub similarity: Similarity,
-    /// Of b's centre in a, px^2.
-    pub covariance: Matrix2<f64>,
+    /// How well that is known.
+    pub precision: Precision,
     /// Pairs that agree.
     pub inliers: usize,
     /// Pairs that lie where, by this similarity, both frames see the same ground, without those of a surface above it.
@@ -122,16 +122,17 @@ fn assessed(pairs: &[Pair], found: Settled, above: &[usize], frames: &Frames) ->
     let squares: f64 = inliers.iter().map(|&i| (pairs[i].a - similarity.apply(pairs[i].b)).norm_squared()).sum();
     let freedom = (2 * inliers.len()) as f64 - 4.0;
     let variance_px2 = if freedom > 0.0 { squares / freedom } else { f64::INFINITY };
-    let covariance =
-        least_squares(pairs, &inliers).map_or(Matrix2::identity() * f64::INFINITY, |(_, inverse, middle)| {
-            let j = design(frames.centre_of_b - middle);
-            j * inverse * j.transpose() * (variance_px2 * PAIRS_PER_INDEPENDENT)
-        });
+    let precision = least_squares(pairs, &inliers).map_or(Precision::none(), |(_, inverse, middle)| {
+        let mut j = Matrix4::identity();
+        j.fixed_rows_mut::<2>(0).copy_from(&design(frames.centre_of_b - middle));
+        let covariance = j * inverse * j.transpose() * (variance_px2 * PAIRS_PER_INDEPENDENT);
+        Precision::of(&similarity, &covariance)
+    });
     let is_shared =
         |i: &usize| is_inside(similarity.apply(pairs[*i].b), frames.size_of_a) && above.binary_search(i).is_err();
     Consensus {
         similarity,
-        covariance,
+        precision,
         inliers: inliers.len(),
         in_overlap: (0..pairs.len()).filter(is_shared).count(),
         log10_false_alarms: accidents(pairs, &inliers, frames.size_of_a.x * frames.size_of_a.y),

@@ -12,13 +12,13 @@ mod similarity;
 mod sums;
 
 pub use answer::{Motion, MotionAnswer, MotionPrior, NoMotionReason};
-pub use similarity::Similarity;
+pub use similarity::{Precision, Similarity};
 
 use crate::feature::keypoint::{FrameRecipe, Keypoints, describe_frame, match_mutual};
 use crate::pixels::Gray;
 use alignment::{Aligned, align};
 use consensus::{Consensus, Frames, Pair, estimate};
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Vector2;
 
 /// What is described first.
 pub const QUICK: FrameRecipe = FrameRecipe { limit: 600, steps_per_octave: 1 };
@@ -76,8 +76,7 @@ fn middle(frame: &Gray) -> Vector2<f64> {
 /// A motion that stood every test.
 struct Found {
     similarity: Similarity,
-    /// Of b's centre in a, px^2.
-    covariance: Matrix2<f64>,
+    precision: Precision,
     inliers: usize,
     matches: usize,
     log10_false_alarms: f64,
@@ -114,9 +113,9 @@ fn attempt(a: &Gray, b: &Gray, recipe: &FrameRecipe, centre_of_b: Vector2<f64>) 
     };
     let is_evident = stands(&agreed, matches)?;
     let aligned = align(a, b, &agreed.similarity, centre_of_b);
-    let (similarity, covariance) = placed(&agreed, aligned.as_ref(), is_evident)?;
+    let (similarity, precision) = placed(&agreed, aligned.as_ref(), is_evident)?;
     let Consensus { inliers, log10_false_alarms, .. } = agreed;
-    Ok(Found { similarity, covariance, inliers, matches, log10_false_alarms })
+    Ok(Found { similarity, precision, inliers, matches, log10_false_alarms })
 }
 
 /// The similarity that a registration answers with, given what keypoints agree on and how brightness aligned it; `None`
@@ -146,17 +145,13 @@ fn stands(agreed: &Consensus, matches: usize) -> Result<bool, Refusal> {
     Ok(is_evident)
 }
 
-/// The similarity and the covariance to answer with; refused where brightness contradicts.
-fn placed(
-    agreed: &Consensus,
-    aligned: Option<&Aligned>,
-    is_evident: bool,
-) -> Result<(Similarity, Matrix2<f64>), Refusal> {
+/// The similarity to answer with, and how well it is known; refused where brightness contradicts.
+fn placed(agreed: &Consensus, aligned: Option<&Aligned>, is_evident: bool) -> Result<(Similarity, Precision), Refusal> {
     let correlation = aligned.map_or(0.0, |aligned| aligned.correlation);
     let needed = if is_evident { USEFUL_CORRELATION } else { LEAST_CORRELATION };
     match aligned {
-        Some(aligned) if correlation >= needed => Ok((aligned.similarity, aligned.covariance)),
-        _ if is_evident => Ok((agreed.similarity, agreed.covariance)),
+        Some(aligned) if correlation >= needed => Ok((aligned.similarity, aligned.precision)),
+        _ if is_evident => Ok((agreed.similarity, agreed.precision)),
         _ => {
             let inliers = agreed.inliers;
             let detail = format!("{inliers} correspondences agree, but brightness correlates by {correlation:.2}");
@@ -170,13 +165,16 @@ impl Found {
     fn motion(&self, factor: f64, centre_of_a: Vector2<f64>, centre_of_b: Vector2<f64>) -> Motion {
         let similarity = self.similarity.in_pixels(1.0 / factor, 1.0 / factor);
         let displacement = similarity.apply(centre_of_b) - centre_of_a;
-        let (Similarity { c, s, t }, covariance) = (similarity, self.covariance * factor * factor);
+        let Similarity { c, s, t } = similarity;
+        let Precision { centre_px2, turn_rad2, log_scale2 } = self.precision.in_pixels(1.0 / factor);
         Motion {
             a_from_b: [[c, -s, t.x], [s, c, t.y]],
             rotation_deg: similarity.rotation_rad().to_degrees(),
             scale: similarity.scale(),
             displacement_px: [displacement.x, displacement.y],
-            covariance_px2: [[covariance[(0, 0)], covariance[(0, 1)]], [covariance[(1, 0)], covariance[(1, 1)]]],
+            covariance_px2: [[centre_px2[(0, 0)], centre_px2[(0, 1)]], [centre_px2[(1, 0)], centre_px2[(1, 1)]]],
+            rotation_sigma_deg: turn_rad2.sqrt().to_degrees(),
+            scale_sigma_ratio: log_scale2.sqrt(),
             inliers: self.inliers,
             matches: self.matches,
             log10_false_alarms: self.log10_false_alarms,

@@ -1,6 +1,6 @@
 //! `Similarity`: shift, turn and growth of the plane.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Matrix4, Vector2};
 
 /// A similarity of the plane: x -> (c x - s y + t_x, s x + c y + t_y).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +53,41 @@ impl Similarity {
     pub fn in_pixels(&self, of_a: f64, of_b: f64) -> Self {
         let ratio = of_b / of_a;
         Self { c: self.c * ratio, s: self.s * ratio, t: self.t / of_a }
+    }
+}
+
+/// How well a similarity is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Precision {
+    /// Covariance of where it takes b's centre, px^2 of a.
+    pub centre_px2: Matrix2<f64>,
+    /// Variance of its rotation, rad^2.
+    pub turn_rad2: f64,
+    /// Variance of the logarithm of its scale.
+    pub log_scale2: f64,
+}
+
+impl Precision {
+    /// From the covariance of (x, y, c, s), x and y being where b's centre is taken.
+    pub fn of(similarity: &Similarity, covariance: &Matrix4<f64>) -> Self {
+        let of_linear = covariance.fixed_view::<2, 2>(2, 2).into_owned();
+        let along = Vector2::new(similarity.c, similarity.s) / similarity.scale().powi(2);
+        let across = Vector2::new(-along.y, along.x);
+        Self {
+            centre_px2: covariance.fixed_view::<2, 2>(0, 0).into_owned(),
+            turn_rad2: across.dot(&(of_linear * across)),
+            log_scale2: along.dot(&(of_linear * along)),
+        }
+    }
+
+    /// Where nothing is known.
+    pub fn none() -> Self {
+        Self { centre_px2: Matrix2::identity() * f64::INFINITY, turn_rad2: f64::INFINITY, log_scale2: f64::INFINITY }
+    }
+
+    /// The same where a's pixels are `of_a` times as wide.
+    pub fn in_pixels(&self, of_a: f64) -> Self {
+        Self { centre_px2: self.centre_px2 / (of_a * of_a), ..*self }
     }
 }
 
@@ -117,5 +152,17 @@ mod tests {
         let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.0f64, [0.0, 80.0]);
         let [_, _, t_x, t_y] = printed(d, d.map(|p| seen_from_image_2(p, theta, t)));
         assert!((t_y - 80.0).abs() < 1e-9 && (t_x * theta.tan()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn turn_and_growth_are_across_and_along() {
+        // Of (c, s) = 2 (cos 30, sin 30): 0.02 along is 1 % of growth, 0.04 across is 0.02 rad of turn.
+        let (sin, cos) = 30f64.to_radians().sin_cos();
+        let (along, across) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+        let mut covariance = Matrix4::identity();
+        let linear = along * along.transpose() * 0.02f64.powi(2) + across * across.transpose() * 0.04f64.powi(2);
+        covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(&linear);
+        let found = Precision::of(&Similarity { c: 2.0 * cos, s: 2.0 * sin, t: Vector2::zeros() }, &covariance);
+        assert!((found.turn_rad2.sqrt() - 0.02).abs() < 1e-12 && (found.log_scale2.sqrt() - 0.01).abs() < 1e-12);
     }
 }

@@ -1,10 +1,12 @@
 //! `fly`: a flight replayed in a closed loop. Truth starts it and scores it, and is not looked at between.
 
 mod disturbance;
+mod scale;
 mod score;
 mod table;
 
 pub use disturbance::Disturbances;
+pub use scale::{FlightScale, ScaleSource};
 pub use score::{FlyScore, RunScore};
 pub use table::write_positions;
 

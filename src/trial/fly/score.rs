@@ -1,6 +1,6 @@
 //! `FlyScore`: what a replayed flight is worth against truth.
 
-use super::FlyOutcome;
+use super::{FlightScale, FlyOutcome};
 use crate::geodesy::{Enu, LocalFrame};
 use crate::navigate::Mode;
 use crate::trial::Spread;
@@ -36,6 +36,8 @@ pub struct FlyScore {
     pub recovered_after_frames: Option<usize>,
     /// What counts as right, metres.
     pub right_m: f64,
+    /// One factor for all heights of the flight.
+    pub scale: Option<FlightScale>,
     /// Dead reckoning, run by run.
     pub dead_reckoning_runs: Vec<RunScore>,
 }
@@ -53,6 +55,8 @@ pub struct RunScore {
     pub end_error_m: f64,
     /// That over the way.
     pub end_error_share: f64,
+    /// The same once all steps of the flight are scaled by [`FlyScore::scale`].
+    pub scaled_end_error_share: Option<f64>,
 }
 
 impl FlyScore {
@@ -60,6 +64,8 @@ impl FlyScore {
     pub fn of(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> Self {
         let length_m = |o: &FlyOutcome| o.error.length_m();
         let fix_errors: Vec<f64> = outcomes.iter().filter_map(|o| o.fix_error_m).collect();
+        let scale = FlightScale::of(outcomes, reckoned);
+        let runs = reckoned.iter().filter(|run| run.len() > 1);
         let covered = outcomes.iter().filter(|o| is_in_ellipse95(o)).count();
         Self {
             mode,
@@ -73,7 +79,8 @@ impl FlyScore {
             relative_count: outcomes.iter().map(|o| o.position.relative_count).sum(),
             recovered_after_frames: recovered_after(outcomes, right_m),
             right_m,
-            dead_reckoning_runs: reckoned.iter().filter(|run| run.len() > 1).map(|run| run_score(run)).collect(),
+            scale,
+            dead_reckoning_runs: runs.map(|run| run_score(run, scale)).collect(),
         }
     }
 }
@@ -99,11 +106,17 @@ fn recovered_after(outcomes: &[FlyOutcome], right_m: f64) -> Option<usize> {
     }
 }
 
-fn run_score(run: &[FlyOutcome]) -> RunScore {
+fn run_score(run: &[FlyOutcome], scale: Option<FlightScale>) -> RunScore {
     let between = |a, b| LocalFrame::at(a).enu_from_geodetic(b);
     let path_m: f64 = run.windows(2).map(|w| between(w[0].truth, w[1].truth).length_m()).sum();
     let (first, last) = (&run[0], &run[run.len() - 1]);
     let end_error_m = last.error.length_m();
-    let image = first.image.clone();
-    RunScore { image, frames: run.len(), path_m, end_error_m, end_error_share: end_error_m / path_m }
+    RunScore {
+        image: first.image.clone(),
+        frames: run.len(),
+        path_m,
+        end_error_m,
+        end_error_share: end_error_m / path_m,
+        scaled_end_error_share: scale.map(|s| s.end_error_m(run) / path_m),
+    }
 }
