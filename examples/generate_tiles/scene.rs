@@ -110,12 +110,13 @@ impl Scene {
             buildings: Vec::new(),
             yards: Vec::new(),
         };
-        scene.settle(&mut rng);
+        scene.build_village(&mut rng);
+        scene.build_farms(&mut rng);
         scene
     }
 
-    /// Places houses along the village's roads and farms in the open.
-    fn settle(&mut self, rng: &mut ChaCha8Rng) {
+    /// Places houses along the village's roads.
+    fn build_village(&mut self, rng: &mut ChaCha8Rng) {
         let lines: Vec<_> =
             self.side_roads.iter().take(3).chain([&self.main_road]).flat_map(|c| c.stations(20.0)).collect();
         for (at, along) in lines {
@@ -139,23 +140,29 @@ impl Scene {
                 let age = rng.random_range(0..20);
                 self.place_building(house, [age != 0 && age != 1, age != 2]);
                 if rng.random_bool(0.55) {
-                    let shed_back = back + side * rng.random_range(14.0..22.0);
-                    let slip = rng.random_range(-6.0..6.0);
-                    let shed = Building {
-                        centre: [
-                            at[0] - along[1] * shed_back + along[0] * slip,
-                            at[1] + along[0] * shed_back + along[1] * slip,
-                        ],
-                        along: axis,
-                        half_m: [rng.random_range(3.0..9.0), rng.random_range(2.5..4.5)],
-                        eaves_m: 2.6,
-                        ridge_m: rng.random_range(3.6..5.5),
-                        roof: if rng.random_bool(0.5) { Roof::Slate } else { Roof::Tile },
-                    };
-                    self.place_building(shed, [true, rng.random_bool(0.9)]);
+                    self.build_shed(at, along, axis, back, rng);
                 }
             }
         }
+    }
+
+    /// Places a shed behind a house that stands `back` metres beside a place on a road.
+    fn build_shed(&mut self, at: [f64; 2], along: [f64; 2], axis: [f64; 2], back: f64, rng: &mut ChaCha8Rng) {
+        let shed_back = back + back.signum() * rng.random_range(14.0..22.0);
+        let slip = rng.random_range(-6.0..6.0);
+        let shed = Building {
+            centre: [at[0] - along[1] * shed_back + along[0] * slip, at[1] + along[0] * shed_back + along[1] * slip],
+            along: axis,
+            half_m: [rng.random_range(3.0..9.0), rng.random_range(2.5..4.5)],
+            eaves_m: 2.6,
+            ridge_m: rng.random_range(3.6..5.5),
+            roof: if rng.random_bool(0.5) { Roof::Slate } else { Roof::Tile },
+        };
+        self.place_building(shed, [true, rng.random_bool(0.9)]);
+    }
+
+    /// Places farms in the open.
+    fn build_farms(&mut self, rng: &mut ChaCha8Rng) {
         let farms = [
             [775.0, 735.0],
             [2215.0, 1190.0],

@@ -1,5 +1,7 @@
 //! `overfly plan`: what the models say of an aircraft, and where along a route fixes can be had.
 
+mod text;
+
 use super::evaluate::make_folder;
 use super::number::{positive, share};
 use super::{Exit, Failure, Output};
@@ -106,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let summary =
         Summary { forecast: &forecast, calibration: &calibration, sensitivity: &changed, route: along.as_ref() };
-    let text = text(&summary);
+    let text = text::text(&summary);
     if let Some(folder) = &args.out {
         let mosaic = match (&store, layer, &along) {
             (Some(store), Some(layer), Some(_)) => mosaic(store, layer)?,
@@ -186,127 +188,4 @@ fn sensitivity_csv(rows: &[Sensitivity]) -> String {
         ));
     }
     text
-}
-
-/// Three digits, or a power of ten where that takes many.
-fn short(value: f64) -> String {
-    match value.abs() {
-        v if v.is_infinite() => "without limit".into(),
-        v if v == 0.0 || (1e-3..1e6).contains(&v) => {
-            let digits = (2 - v.max(1e-3).log10().floor() as i32).clamp(0, 5) as usize;
-            format!("{value:.digits$}")
-        }
-        _ => format!("{value:.2e}"),
-    }
-}
-
-fn maybe(value: Option<f64>) -> String {
-    value.map_or("none".into(), short)
-}
-
-/// The plan for people.
-fn text(summary: &Summary) -> String {
-    let f = summary.forecast;
-    let (p, s, l, c) = (&f.parameters, &f.sequential, &f.parallel, &f.combined);
-    let fails = |why: &Option<String>| why.as_ref().map_or("works".to_owned(), |w| format!("does not work: {w}"));
-    let mut text = format!(
-        "image      {} x {} m on the ground ({} m/px), left after {} s at {} m/s\n\
-         K1         {} s an image, and {} s a search\nt0         {} s a relative registration\n\
-         D_U        {} m, I {} m\n\nsequential {}\n  v_max    {} m/s (7)\n  n_max    {} (8)\n  n_opt    {} (13); as printed, {}\n\
-         \x20 at n_opt t_exe {} s over {} images, p {} (5), a cycle of {} s\n\
-         \x20 T0_max   {} s (16): less than one failure expected; as printed {} s; at most 5 % chance of one: {} s\n\n\
-         parallel   {}\n  settles  at {} s over {} images; t1 {} s (21), t2 {} s (22): so long it holds without a fix\n\
-         \x20 D_U      up to {} m; speed up to {} m/s (b / t0)\n\n\
-         combined   {}\n  settles  at {} s over {} images; fixed points {} and {} s\n\
-         \x20 v_max    {} m/s; as printed (b / K1) {} m/s\n  turn     a quarter takes {} s; beyond it no bound is claimed\n\n\
-         use        {}: {}\n\n  sensitivity           v_max, m/s    n_max   T0_max, s   parallel t1, s   combined v_max, m/s\n",
-        short(p.across_m),
-        short(p.along_m),
-        short(f.gsd_m_per_px),
-        short(f.scan_limit_s),
-        short(p.speed_mps),
-        short(p.seconds_per_tile),
-        short(p.search_constant_s),
-        short(p.relative_s),
-        short(p.unit_drift_m),
-        short(p.inaccuracy_m),
-        fails(&s.fails),
-        short(s.max_speed_mps),
-        maybe(s.max_relative_count),
-        s.best_relative_count.map_or("none".into(), |n| if n == u64::MAX {
-            "without limit".into()
-        } else {
-            n.to_string()
-        }),
-        short(s.optimal_relative_count_paper),
-        maybe(s.execution_s),
-        maybe(s.nominal_count),
-        maybe(s.failure_probability),
-        maybe(s.cycle_s),
-        maybe(s.max_mission_s),
-        short(s.max_mission_paper_s),
-        maybe(s.mission_within_risk_s),
-        fails(&l.fails),
-        maybe(l.settles_at_s),
-        maybe(l.nominal_count),
-        maybe(l.stable_s),
-        maybe(l.unstable_s),
-        short(l.max_unit_drift_m),
-        short(l.max_speed_mps),
-        fails(&c.fails),
-        maybe(c.settles_at_s),
-        maybe(c.nominal_count),
-        maybe(c.stable_s),
-        maybe(c.unstable_s),
-        short(c.max_speed_mps),
-        short(c.max_speed_paper_mps),
-        short(c.quarter_turn_s),
-        f.advice.mode.map_or("none", |m| m.name()),
-        f.advice.why,
-    );
-    for r in summary.sensitivity {
-        text.push_str(&format!(
-            "  {:<17} x{:<4} {:>10} {:>8} {:>11} {:>16} {:>21}\n",
-            r.parameter,
-            r.factor,
-            short(r.sequential_max_speed_mps),
-            maybe(r.max_relative_count),
-            maybe(r.max_mission_s),
-            maybe(r.parallel_stable_s),
-            short(r.combined_max_speed_mps)
-        ));
-    }
-    summary.route.inspect(|route| text.push_str(&route_text(route)));
-    text.trim_end().to_owned()
-}
-
-fn route_text(route: &RouteForecast) -> String {
-    let (gap, t) = (&route.longest_gap, &route.thresholds);
-    let holds = |holds: bool| if holds { "still settles" } else { "does not" };
-    format!(
-        "\nroute      {:.0} m in {} images, {:.0} m apart\n\
-         fixes      expected in {:.1} % of the images, map in {:.1} % (from {} of the image, {} keypoints a tile, distinctiveness {})\n\
-         longest    gap from {:.0} to {:.0} m: {} s, {} relative registrations, drift {} m\n\
-         at its end a search of {} images, {} s; the parallel mode {} after it, the combined {}{}\n",
-        route.length_m,
-        route.steps.len(),
-        route.step_m,
-        100.0 * route.with_fix,
-        100.0 * route.with_map,
-        t.least_covered,
-        t.least_keypoints,
-        t.least_distinctiveness,
-        gap.from_m,
-        gap.to_m,
-        short(gap.duration_s),
-        short(gap.relative_count),
-        short(gap.drift_m),
-        short(gap.nominal_count),
-        short(gap.execution_s),
-        holds(gap.parallel_holds),
-        holds(gap.combined_holds),
-        gap.combined_nominal_count.map_or(" (more than a quarter of a turn: no bound is claimed)".into(), |n| {
-            format!(" ({} images with absolute registrations alone)", short(n))
-        }),
-    )
 }

@@ -301,9 +301,9 @@ mod tests {
                 + p.seconds_per_tile * (p.across_m + edge) * (p.along_m + edge) / (p.across_m * p.along_m);
         }
         assert!((found.parallel.settles_at_s.unwrap() - t).abs() < 1e-9);
-        // 1 m every 0.03 s widens the search faster than 27.8 m/s of flight do; a tenth of it does not.
+        // 1 m every 0.011 s widens the search faster than 27.8 m/s of flight do; a twentieth of it does not.
         assert_eq!(found.advice.mode, Some(Mode::Combined));
-        let steady = aircraft("speed_mps = 27.8\nunit_drift_m = 0.1\n");
+        let steady = aircraft("speed_mps = 27.8\nunit_drift_m = 0.05\n");
         let advice = Forecast::of(&steady, &Calibration::PROJECT, None).unwrap().advice;
         assert_eq!(advice.mode, Some(Mode::Parallel));
         // At v_max a search without drift takes as long as the flight over one image.

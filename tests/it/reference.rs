@@ -6,7 +6,15 @@ const FOOT_M: f64 = 1200.0 / 3937.0;
 
 /// The systems that `tests/reference/make.py` calls by a name.
 fn user_defined(name: &str) -> Crs {
-    let base = Definition {
+    let definition = match name {
+        "tm" | "tm_us_feet" | "albers" | "laea" => on_grs80(name),
+        _ => on_wgs84(name),
+    };
+    Crs::from_definition(&definition).unwrap()
+}
+
+fn transverse() -> Definition {
+    Definition {
         method: Method::TransverseMercator { scale: 0.99995 },
         origin_latitude_deg: 47.0,
         origin_longitude_deg: -99.3,
@@ -15,11 +23,12 @@ fn user_defined(name: &str) -> Crs {
         unit_m: 1.0,
         ellipsoid: Ellipsoid::GRS80,
         datum: DatumShift::Null { error_m: 1.0 },
-    };
-    let conic =
-        Definition { false_easting: 600_000.0, false_northing: 210_000.0, ellipsoid: Ellipsoid::WGS84, ..base.clone() };
-    let definition = match name {
-        "tm" => base,
+    }
+}
+
+fn on_grs80(name: &str) -> Definition {
+    let base = transverse();
+    match name {
         "tm_us_feet" => Definition {
             method: Method::TransverseMercator { scale: 1.0 },
             unit_m: FOOT_M,
@@ -27,10 +36,6 @@ fn user_defined(name: &str) -> Crs {
             false_northing: 20_000.0 / FOOT_M,
             ..base
         },
-        "lcc_2sp" => {
-            Definition { method: Method::LambertConformal2 { parallel_1_deg: 46.0, parallel_2_deg: 48.5 }, ..conic }
-        }
-        "lcc_1sp" => Definition { method: Method::LambertConformal1 { scale: 0.9998 }, ..conic },
         "albers" => Definition {
             method: Method::Albers { parallel_1_deg: 29.5, parallel_2_deg: 45.5 },
             origin_latitude_deg: 37.5,
@@ -47,13 +52,25 @@ fn user_defined(name: &str) -> Crs {
             false_northing: 2000.0,
             ..base
         },
+        _ => base,
+    }
+}
+
+fn on_wgs84(name: &str) -> Definition {
+    let ellipsoid = Ellipsoid::WGS84;
+    let base = Definition { false_easting: 600_000.0, false_northing: 210_000.0, ellipsoid, ..transverse() };
+    match name {
+        "lcc_2sp" => {
+            Definition { method: Method::LambertConformal2 { parallel_1_deg: 46.0, parallel_2_deg: 48.5 }, ..base }
+        }
+        "lcc_1sp" => Definition { method: Method::LambertConformal1 { scale: 0.9998 }, ..base },
         "mercator" => Definition {
             method: Method::Mercator { scale: 0.997 },
             origin_latitude_deg: 0.0,
             origin_longitude_deg: -30.0,
             false_easting: 3_900_000.0,
             false_northing: 900_000.0,
-            ..conic
+            ..base
         },
         "polar" => Definition {
             method: Method::PolarStereographic { scale: 0.994 },
@@ -61,11 +78,10 @@ fn user_defined(name: &str) -> Crs {
             origin_longitude_deg: -45.0,
             false_easting: 2_000_000.0,
             false_northing: 2_000_000.0,
-            ..conic
+            ..base
         },
         other => panic!("no such system: {other}"),
-    };
-    Crs::from_definition(&definition).unwrap()
+    }
 }
 
 fn rows(text: &str) -> impl Iterator<Item = Vec<&str>> {

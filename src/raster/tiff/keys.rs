@@ -166,33 +166,7 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     if let Some(zone) = keys.code(PROJECTION).and_then(utm_zone) {
         return Crs::from_definition(&Definition { unit_m, ellipsoid, datum, ..zone }).map(Some);
     }
-    let scale = keys.first_of(&SCALES).unwrap_or(1.0);
-    let parallels = || {
-        let parallel_1_deg =
-            keys.double(PARALLEL_1).ok_or_else(|| refusal(&name, "its first standard parallel is missing"))? * degree;
-        let parallel_2_deg =
-            keys.double(PARALLEL_2).ok_or_else(|| refusal(&name, "its second standard parallel is missing"))? * degree;
-        Ok((parallel_1_deg, parallel_2_deg))
-    };
-    let method = match keys.short(METHOD) {
-        Some(1) => Method::TransverseMercator { scale },
-        Some(7) => Method::Mercator { scale },
-        Some(8) => parallels()
-            .map(|(parallel_1_deg, parallel_2_deg)| Method::LambertConformal2 { parallel_1_deg, parallel_2_deg })?,
-        Some(9) => Method::LambertConformal1 { scale },
-        Some(10) => Method::LambertAzimuthalEqualArea,
-        Some(11) => {
-            parallels().map(|(parallel_1_deg, parallel_2_deg)| Method::Albers { parallel_1_deg, parallel_2_deg })?
-        }
-        Some(15) => Method::PolarStereographic { scale },
-        Some(other) => {
-            return Err(refusal(
-                &name,
-                format!("its projection (GeoTIFF method {other}) is not one that overfly can do exactly"),
-            ));
-        }
-        None => return Ok(None),
-    };
+    let Some(method) = method_of(keys, degree, &name)? else { return Ok(None) };
     let missing = |what: &str| refusal(&name, format!("its {what} is missing"));
     Crs::from_definition(&Definition {
         method,
@@ -205,6 +179,36 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
         datum,
     })
     .map(Some)
+}
+
+/// The projection's method with its parameters, angles in units of `degree`; `None` where none is stated.
+fn method_of(keys: &Keys, degree: f64, name: &str) -> Result<Option<Method>, CrsError> {
+    let scale = keys.first_of(&SCALES).unwrap_or(1.0);
+    let parallel_deg = |key, which: &str| {
+        let missing = || refusal(name, format!("its {which} standard parallel is missing"));
+        keys.double(key).map(|angle| angle * degree).ok_or_else(missing)
+    };
+    let parallels = || Ok((parallel_deg(PARALLEL_1, "first")?, parallel_deg(PARALLEL_2, "second")?));
+    Ok(Some(match keys.short(METHOD) {
+        Some(1) => Method::TransverseMercator { scale },
+        Some(7) => Method::Mercator { scale },
+        Some(8) => {
+            let (parallel_1_deg, parallel_2_deg) = parallels()?;
+            Method::LambertConformal2 { parallel_1_deg, parallel_2_deg }
+        }
+        Some(9) => Method::LambertConformal1 { scale },
+        Some(10) => Method::LambertAzimuthalEqualArea,
+        Some(11) => {
+            let (parallel_1_deg, parallel_2_deg) = parallels()?;
+            Method::Albers { parallel_1_deg, parallel_2_deg }
+        }
+        Some(15) => Method::PolarStereographic { scale },
+        Some(other) => {
+            let why = format!("its projection (GeoTIFF method {other}) is not one that overfly can do exactly");
+            return Err(refusal(name, why));
+        }
+        None => return Ok(None),
+    }))
 }
 
 /// Projection codes 160zz and 161zz: UTM zones, north and south.
