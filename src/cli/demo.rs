@@ -1,5 +1,7 @@
 //! `overfly demo`: the whole of it on the project's own tiles, in under two minutes.
 
+mod flown;
+
 use super::evaluate::{default_right_m, fix_text};
 use super::{Exit, Failure, Output, default_threads};
 use anyhow::{Context, anyhow};
@@ -7,7 +9,7 @@ use overfly::build;
 use overfly::raster::read_colour_frame;
 use overfly::report::{Mosaic, Report};
 use overfly::store::{Layer, Reader};
-use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight, write_fixes};
+use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight, FlyScore, write_fixes};
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -42,6 +44,9 @@ struct Summary<'a> {
     score: &'a FixScore,
     db: &'a Path,
     report: &'a Path,
+    /// The same flight in a closed loop, an object per mode.
+    flown: &'a [FlyScore],
+    flown_report: &'a Path,
     build_s: f64,
     total_s: f64,
 }
@@ -68,25 +73,40 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     write_fixes(&args.out, &outcomes)?;
 
     let page = args.out.join("report.html");
-    let html = page_of(&store, layer, &flight, &outcomes, &score, &built)?;
-    std::fs::write(&page, html)
-        .with_context(|| format!("cannot write {}", page.display()))
-        .map_err(|e| Failure::failed("unwritable", e))?;
+    let mosaic = map_of(&store, layer)?;
+    write(&page, &page_of(&mosaic, &flight, &outcomes, &score, &facts(&store, layer, &built))?)?;
+
+    output.note("flying it in a closed loop: sequential, parallel, combined");
+    let right_m = score.right_m;
+    let flown = flown::fly(&store, &flight, right_m, args.threads.get(), output)?;
+    let flown_page = args.out.join("flown.html");
+    write(&flown_page, &flown.page(&mosaic))?;
     let total_s = started.elapsed().as_secs_f64();
-    let summary = Summary { score: &score, db: &db, report: &page, build_s: built.elapsed_s, total_s };
+    let summary = Summary {
+        score: &score,
+        db: &db,
+        report: &page,
+        flown: &flown.scores,
+        flown_report: &flown_page,
+        build_s: built.elapsed_s,
+        total_s,
+    };
     output.say(&summary, || {
         format!(
-            "{}\nstore      {} tiles, {:.1} MB, {} made and {} kept in {:.1} s\nreport     {}\nall        {total_s:.1} s",
+            "{}\n{}store      {} tiles, {:.1} MB, {} made and {} kept in {:.1} s\nreport     {}\n           {}\nall        {total_s:.1} s",
             fix_text(&score),
+            flown.text(),
             built.tiles,
             built.bytes as f64 / 1e6,
             built.computed_tiles,
             built.kept_tiles,
             built.elapsed_s,
-            page.display()
+            page.display(),
+            flown_page.display()
         )
     });
-    Ok(if score.wrong > 0 { Exit::Failed } else { Exit::Done })
+    let is_false = score.wrong > 0 || flown.scores.iter().any(|s| s.wrong > 0);
+    Ok(if is_false { Exit::Failed } else { Exit::Done })
 }
 
 /// The given tiles/ folder, or that of the sources that this program was built from.
@@ -140,20 +160,29 @@ fn locate_frames(store: &Reader, flight: &Flight, threads: usize, output: &Outpu
     Ok(outcomes?)
 }
 
-fn page_of(
-    store: &Reader,
-    layer: &Layer,
-    flight: &Flight,
-    outcomes: &[FixOutcome],
-    score: &FixScore,
-    built: &build::Summary,
-) -> Result<String, Failure> {
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .with_context(|| format!("cannot write {}", path.display()))
+        .map_err(|e| Failure::failed("unwritable", e))
+}
+
+/// The whole layer as one picture.
+fn map_of(store: &Reader, layer: &Layer) -> Result<Mosaic, Failure> {
     let mut tiles = Vec::new();
     for footprint in store.footprints(layer, layer.base_zoom)? {
         tiles.extend(store.tile(layer, footprint.tile)?.map(|pixels| (footprint.tile, pixels)));
     }
-    let mosaic = Mosaic::assemble(&tiles)
-        .ok_or_else(|| Failure::failed("no_map", anyhow!("the layer {} has no picture to show", layer.name)))?;
+    Mosaic::assemble(&tiles)
+        .ok_or_else(|| Failure::failed("no_map", anyhow!("the layer {} has no picture to show", layer.name)))
+}
+
+fn page_of(
+    mosaic: &Mosaic,
+    flight: &Flight,
+    outcomes: &[FixOutcome],
+    score: &FixScore,
+    facts: &[(String, String)],
+) -> Result<String, Failure> {
     let introduction = format!(
         "{} camera frames over farmland, located one by one on a map of another season three years before. Every search starts from a \
          position that is off by up to {PRIOR_ERROR_M:.0} m east or west and north or south, a heading known to about a degree \
@@ -173,9 +202,9 @@ fn page_of(
         outcomes,
         score,
         prior_error_m: PRIOR_ERROR_M,
-        mosaic: &mosaic,
+        mosaic,
         shown: &shown,
-        facts: &facts(store, layer, built),
+        facts,
     };
     Ok(report.to_html())
 }

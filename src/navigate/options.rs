@@ -58,3 +58,26 @@ pub struct NavigateOptions {
     /// Threads of one registration.
     pub threads: usize,
 }
+
+/// What `overfly fly` takes where nothing is stated: a small aircraft with a magnetic compass and a barometer.
+impl Default for NavigateOptions {
+    fn default() -> Self {
+        Self {
+            layer: "ortho".into(),
+            mode: Mode::Auto,
+            relative_count: 5,
+            sensors: SensorSigmas {
+                heading_offset_rad: 3f64.to_radians(),
+                heading_noise_rad: 3f64.to_radians(),
+                height_offset_ratio: 0.03,
+                height_noise_ratio: 0.03,
+            },
+            start_sigma_m: 50.0,
+            speed_mps: 40.0,
+            speed_sigma_mps: 20.0,
+            min_turn_radius_m: 500.0,
+            clock: Clock::default(),
+            threads: 1,
+        }
+    }
+}

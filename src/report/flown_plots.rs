@@ -2,9 +2,10 @@
 
 use super::flown::Flown;
 use super::map::half_axes_of_m;
-use super::plot::{BOUND, Drawn, INK, RIGHT, mesh, svg};
+use super::plot::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg};
 use crate::trial::FlyOutcome;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Three standard deviations over 95 % half axes, 2.448 of them.
 const THREE_SIGMA: f64 = 3.0 / super::map::TO_95;
@@ -48,7 +49,7 @@ pub(super) fn tiles(flown: &Flown) -> String {
             .x_label_area_size(42)
             .y_label_area_size(56)
             .build_cartesian_2d(span(flown), 0.0..top)?;
-        mesh(&mut chart, "time, s", "log10 of tiles")?;
+        mesh_named(&mut chart, "time, s", "tiles", &|level| format!("{:.0}", 10f64.powf(*level)))?;
         for o in searched {
             let (t, p) = (o.position.time_s, &o.position);
             let bar = [(t - width, 0.0), (t + width, level(p.tiles_searched as f64))];
@@ -69,13 +70,16 @@ pub(super) fn chronogram(flown: &Flown) -> String {
             .x_label_area_size(42)
             .y_label_area_size(56)
             .build_cartesian_2d(span(flown), 0.0..2.2)?;
-        chart.configure_mesh().disable_mesh().disable_y_axis().x_desc("time, s").axis_style(INK.mix(0.6)).draw()?;
+        let style = ("sans-serif", 14).into_font().color(&INK);
+        let mut axes = chart.configure_mesh();
+        axes.disable_mesh().disable_y_axis().x_desc("time, s").axis_style(INK.mix(0.6));
+        axes.axis_desc_style(style.clone()).label_style(style.clone()).draw()?;
         for o in flown.outcomes {
             draw_registrations(&mut chart, flown, o, least_s)?;
         }
-        let style = ("sans-serif", 14).into_font().color(&INK);
-        for (name, y) in [("RR", 0.75), ("AR", 1.85)] {
-            chart.draw_series([Text::new(name, (span(flown).start, y), style.clone())])?;
+        let beside = style.pos(Pos::new(HPos::Right, VPos::Center));
+        for (name, y) in [("RR  ", 0.55), ("AR  ", 1.65)] {
+            chart.draw_series([Text::new(name, (span(flown).start, y), beside.clone())])?;
         }
         Ok(())
     })

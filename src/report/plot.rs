@@ -120,13 +120,26 @@ pub(super) fn mesh<'a>(
     x: &str,
     y: &str,
 ) -> Drawn {
+    mesh_named(chart, x, y, &tick)
+}
+
+/// [`mesh`] whose numbers upwards are written by `name`.
+pub(super) fn mesh_named<'a>(
+    chart: &mut ChartContext<
+        SVGBackend<'a>,
+        Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+    >,
+    x: &str,
+    y: &str,
+    name: &dyn Fn(&f64) -> String,
+) -> Drawn {
     let text = ("sans-serif", 14).into_font().color(&INK);
     chart
         .configure_mesh()
         .x_desc(x)
         .y_desc(y)
         .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
+        .y_label_formatter(name)
         .axis_desc_style(text.clone())
         .label_style(text)
         .axis_style(INK.mix(0.6))

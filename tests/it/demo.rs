@@ -31,6 +31,15 @@ fn locates_the_sample_flight_and_writes_a_page_that_loads_nothing() {
     for outside in ["src=\"http", "href=\"http", "url(http", "@import", "src=\"/"] {
         assert!(!page.contains(outside), "the report loads something: {outside}");
     }
+    let flown = last["flown"].as_array().unwrap();
+    let modes: Vec<_> = flown.iter().map(|f| f["mode"].as_str().unwrap()).collect();
+    assert_eq!(modes, ["sequential", "parallel", "combined"]);
+    assert!(
+        flown.iter().all(|f| f["false"] == 0 && f["position_error_m"]["p95"].as_f64().unwrap() < 15.0),
+        "{flown:?}"
+    );
+    let page = std::fs::read_to_string(folder.path().join("flown.html")).unwrap();
+    assert!(page.contains("<h2>combined</h2>") && !page.contains("src=\"http"));
     let fixes = std::fs::read_to_string(folder.path().join("fixes.csv")).unwrap();
     assert_eq!(fixes.lines().count(), 41);
 }

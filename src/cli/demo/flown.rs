@@ -1,0 +1,60 @@
+//! The demo's flight in a closed loop.
+
+use super::super::{Failure, Output};
+use overfly::navigate::{Clock, Mode, NavigateOptions};
+use overfly::report::{Flown, Mosaic, flown_page};
+use overfly::store::Reader;
+use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+
+const MODES: [Mode; 3] = [Mode::Sequential, Mode::Parallel, Mode::Combined];
+
+/// The flight, mode by mode.
+pub struct DemoFlown {
+    outcomes: Vec<Vec<FlyOutcome>>,
+    /// What each is worth.
+    pub scores: Vec<FlyScore>,
+    clock: Clock,
+}
+
+/// Flies in the paper's three modes, started by truth.
+pub fn fly(
+    store: &Reader,
+    flight: &Flight,
+    right_m: f64,
+    threads: usize,
+    output: &Output,
+) -> Result<DemoFlown, Failure> {
+    let options = |mode| NavigateOptions { layer: super::LAYER.into(), mode, threads, ..NavigateOptions::default() };
+    let trial = FlyTrial { store, flight, disturbances: Disturbances::default() };
+    let bar = output.progress((flight.frames.len() * (MODES.len() + 1)) as u64, "images");
+    let reckoned = trial.reckon(&options(Mode::RelativeOnly), |_| bar.inc(1))?;
+    let flown: Result<Vec<_>, _> = MODES.iter().map(|mode| trial.run(&options(*mode), |_| bar.inc(1))).collect();
+    bar.finish_and_clear();
+    let outcomes = flown?;
+    let scores = MODES.iter().zip(&outcomes).map(|(mode, o)| FlyScore::of(*mode, o, &reckoned, right_m)).collect();
+    Ok(DemoFlown { outcomes, scores, clock: options(Mode::Auto).clock })
+}
+
+impl DemoFlown {
+    /// A line per mode.
+    pub fn text(&self) -> String {
+        let line = |score: &FlyScore| {
+            let error =
+                score.position_error_m.map_or("none".into(), |e| format!("{:.1} m, 95 % {:.1} m", e.median, e.p95));
+            let (mode, fixes, images) = (score.mode.word(), score.fixes, score.frames);
+            format!(
+                "flown      {mode:<10} {images} positions off by {error}; {fixes} fixes, {} of them false\n",
+                score.wrong
+            )
+        };
+        self.scores.iter().map(line).collect()
+    }
+
+    /// Tracks, errors and chronograms.
+    pub fn page(&self, mosaic: &Mosaic) -> String {
+        let clock = self.clock;
+        let modes: Vec<Flown> =
+            self.outcomes.iter().zip(&self.scores).map(|(outcomes, score)| Flown { outcomes, score, clock }).collect();
+        flown_page("overfly: the demo's flight in the three coupling modes", mosaic, &modes)
+    }
+}
