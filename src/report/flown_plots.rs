@@ -49,7 +49,9 @@ pub(super) fn tiles(flown: &Flown) -> String {
             .x_label_area_size(42)
             .y_label_area_size(56)
             .build_cartesian_2d(span(flown), 0.0..top)?;
-        mesh_named(&mut chart, "time, s", "tiles", &|level| format!("{:.0}", 10f64.powf(*level)))?;
+        mesh_named(&mut chart, "time, s", "tiles", &|level| {
+            format!("{:.1}", 10f64.powf(*level)).trim_end_matches(".0").to_owned()
+        })?;
         for o in searched {
             let (t, p) = (o.position.time_s, &o.position);
             let bar = [(t - width, 0.0), (t + width, level(p.tiles_searched as f64))];

@@ -9,6 +9,7 @@ mod drawn;
 mod equations;
 mod fixes;
 mod fly;
+mod fuzz;
 mod gdal;
 mod hostile_frames;
 mod hostile_orthophotos;

@@ -1,0 +1,130 @@
+//! What hostile bytes are given to, shared by the fuzzers in `fuzz_targets/` and the short run in `tests/it/fuzz.rs`.
+//!
+//! A target may refuse its input in any way but one: it must not panic, and a service must not answer 500.
+
+use axum::body::Body;
+use axum::http::{Request, StatusCode};
+use overfly::feature::keypoint::from_blob;
+use overfly::plan::Route;
+use overfly::raster::{FrameBounds, OpenOptions, Orthophoto, decode_frame_within};
+use overfly::server::{Limits, Service, ServiceState, router};
+use overfly::store::{Reader, decode};
+use overfly::tile::TileId;
+use std::path::{Path, PathBuf};
+use tower::ServiceExt as _;
+
+/// Name and body of every target.
+pub const TARGETS: [(&str, fn(&[u8])); 6] = [
+    ("geotiff", geotiff),
+    ("side_files", side_files),
+    ("frame", frame),
+    ("blobs", blobs),
+    ("route", route),
+    ("http", http),
+];
+
+/// A folder of this thread's own, in memory where there is such a place; it goes with the thread.
+fn folder() -> PathBuf {
+    thread_local! {
+        static FOLDER: tempfile::TempDir = {
+            let shm = Path::new("/dev/shm");
+            let root = if shm.is_dir() { shm.to_owned() } else { std::env::temp_dir() };
+            tempfile::Builder::new().prefix("overfly-fuzz-").tempdir_in(root).expect("a folder for inputs")
+        };
+    }
+    FOLDER.with(|folder| folder.path().to_owned())
+}
+
+/// Opens a source and looks at the ground in its middle.
+fn look_at(path: &Path) {
+    let Ok(source) = Orthophoto::open(path, &OpenOptions::default()) else { return };
+    let description = source.description();
+    let pixels = description.width_px.saturating_mul(description.height_px);
+    let Some(middle) = description.outline.first() else { return };
+    if let Ok(tile) = TileId::containing(*middle, 14) {
+        // Blocks of huge images take long, and are no other code.
+        if pixels < 1 << 20 {
+            let _ = source.warp(tile);
+        }
+    }
+}
+
+/// A GeoTIFF: layout, GeoKeys, bands, blocks.
+pub fn geotiff(data: &[u8]) {
+    let path = folder().join("a.tif");
+    std::fs::write(&path, data).expect("writing to memory");
+    look_at(&path);
+}
+
+/// World file (first line up to a NUL) and .prj beside a PNG.
+pub fn side_files(data: &[u8]) {
+    const PNG: &[u8] = include_bytes!("four_pixels.png");
+    let (world, prj) = data.split_at(data.iter().position(|b| *b == 0).unwrap_or(data.len()));
+    let folder = folder();
+    for (name, bytes) in [("b.png", PNG), ("b.pgw", world), ("b.prj", prj.get(1..).unwrap_or(&[]))] {
+        std::fs::write(folder.join(name), bytes).expect("writing to memory");
+    }
+    look_at(&folder.join("b.png"));
+}
+
+/// A camera frame.
+pub fn frame(data: &[u8]) {
+    let _ = decode_frame_within(data, "a frame", FrameBounds { edge_px: 2000, pixels: 1 << 20 });
+}
+
+/// What a store holds of a tile: descriptors, picture.
+pub fn blobs(data: &[u8]) {
+    let _ = from_blob(data);
+    let _ = decode(data);
+}
+
+/// A route file.
+pub fn route(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    if let Ok(route) = Route::from_geojson(text) {
+        let _ = route.every(route.length_m() / 10.0);
+    }
+}
+
+/// A request to the onboard service, first line the path with its query, the rest a fix's request; over a store of one tile.
+pub fn http(data: &[u8]) {
+    thread_local! {
+        static SERVICE: (tokio::runtime::Runtime, axum::Router) = service();
+    }
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    let (uri, body) = text.split_once('\n').unwrap_or((text, ""));
+    let request = if body.is_empty() {
+        Request::builder().uri(uri).body(Body::empty())
+    } else {
+        let form = format!(
+            "--x\r\nContent-Disposition: form-data; name=\"request\"\r\n\r\n{body}\r\n--x\r\n\
+             Content-Disposition: form-data; name=\"image\"; filename=\"a.png\"\r\n\r\nno image\r\n--x--\r\n"
+        );
+        let builder = Request::builder().method("POST").uri(uri);
+        builder.header("content-type", "multipart/form-data; boundary=x").body(Body::from(form))
+    };
+    let Ok(request) = request else { return };
+    SERVICE.with(|(runtime, router)| {
+        let reply = runtime.block_on(router.clone().oneshot(request)).expect("a router always answers");
+        assert_ne!(reply.status(), StatusCode::INTERNAL_SERVER_ERROR, "{uri}");
+    });
+}
+
+/// A store of a few tiles, built once.
+fn service() -> (tokio::runtime::Runtime, axum::Router) {
+    let db = folder().join("fuzz.gpkg");
+    let tiles = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().find(|p| p.join("tiles/epoch_1").is_dir());
+    let sources = vec![tiles.expect("the project's tiles").join("tiles/epoch_1/west.jpg")];
+    let request = overfly::build::Request {
+        db: db.clone(),
+        layer: "ortho".into(),
+        sources,
+        zoom: Some(13),
+        threads: 1,
+        ..Default::default()
+    };
+    overfly::build::run(&request, &mut |_| std::ops::ControlFlow::Continue(())).expect("a store");
+    let state = ServiceState::new(Reader::open(&db).expect("a store"), Service::Onboard, Limits::default());
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
+    (runtime, router(state))
+}
