@@ -52,13 +52,11 @@ fn code_of_name(name: &str, text: &str) -> Option<u32> {
         ("ETRS89_UTM_zone_", 25800, None),
     ] {
         let Some(zone) = name.strip_prefix(start) else { continue };
-        let (number, hemisphere) = zone.split_at(zone.len().checked_sub(1)?);
-        let number: u32 = number.parse().ok().filter(|n| (1..=60).contains(n))?;
-        return match hemisphere {
-            "N" => Some(north + number),
-            "S" => south.map(|base| base + number),
-            _ => None,
+        let on = |hemisphere| {
+            let number = zone.strip_suffix(hemisphere)?.parse().ok();
+            number.filter(|n| (1..=60).contains(n))
         };
+        return on('N').map(|n: u32| north + n).or_else(|| Some(south? + on('S')?));
     }
     None
 }
@@ -86,6 +84,7 @@ mod tests {
             ("WGS_1984_Web_Mercator_Auxiliary_Sphere", Some(3857)),
             ("NAD_1983_UTM_Zone_99N", None),
             ("NAD_1927_UTM_Zone_14N", None),
+            ("WGS 84 / UTM zone 14\u{fffd}", None),
         ] {
             assert_eq!(epsg_of_wkt(&format!("PROJCS[\"{name}\",GEOGCS[\"g\"]]")), code, "{name}");
         }
