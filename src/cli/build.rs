@@ -1,6 +1,6 @@
 //! `overfly build`: orthophotos into a store.
 
-use super::{Exit, Failure, Output};
+use super::{Exit, Failure, Output, number};
 use overfly::build::{self, BuildError, Estimate, Progress, Rejected, Request, Summary};
 use overfly::store::remove_layer;
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(long, value_name = "EPSG")]
     crs: Option<u32>,
     /// Values shown as black and white; needed where a sample has more than 8 bits.
-    #[arg(long, value_name = "LO,HI", value_parser = parse_stretch, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LO,HI", value_parser = number::stretch, allow_hyphen_values = true)]
     stretch: Option<(f64, f64)>,
     /// One standard deviation per axis, metres, of the given sources' positions, part of every fix made on them; never less than what the shift of their datum leaves open (1 m for NAD83) [default: that]
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
@@ -185,11 +185,4 @@ fn describe_estimate(estimate: &Estimate) -> String {
         estimate.estimated_bytes as f64 / 1e6,
         estimate.estimated_s,
     )
-}
-
-fn parse_stretch(text: &str) -> Result<(f64, f64), String> {
-    let expected = "two numbers LO,HI, as in 0,4000";
-    let (low, high) = text.split_once(',').ok_or(expected)?;
-    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| expected.to_owned());
-    Ok((number(low)?, number(high)?))
 }

@@ -11,6 +11,7 @@ mod cost;
 mod demo;
 mod evaluate;
 mod evaluate_motions;
+mod experiment;
 mod fix;
 mod fly;
 mod info;
@@ -18,6 +19,7 @@ mod motion;
 mod negatives;
 mod number;
 mod plan;
+mod relative;
 mod serve;
 mod verify;
 mod viewpoint;
@@ -29,7 +31,7 @@ use std::process::ExitCode;
 
 /// What every command has in common.
 const HELP: &str = "\
-Before the flight: build, verify, evaluate, calibrate, plan. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
+Before the flight: build, verify, evaluate, calibrate, experiment, plan. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
 
   overfly demo                                       all of it, on the project's own tiles
   overfly build --db map.gpkg ORTHOPHOTOS            a store from files or folders
@@ -81,6 +83,8 @@ enum Command {
     Plan(Box<plan::Args>),
     /// Measure what registrations cost and err on this machine.
     Calibrate(calibrate::Args),
+    /// Repeat the paper's experiment on relative registration: its figures 12 to 15, here and as printed.
+    Experiment(experiment::Args),
     /// Serve a store over HTTP.
     Serve(serve::Args),
     /// Print a shell completion script.
@@ -126,6 +130,7 @@ pub fn run() -> ExitCode {
         Command::Fly(args) => fly::run(args, &output),
         Command::Plan(args) => plan::run(args, &output),
         Command::Calibrate(args) => calibrate::run(args, &output),
+        Command::Experiment(args) => experiment::run(args, &output),
         Command::Serve(args) => serve::run(args, &output),
         Command::Completions(args) => completions::run(args, &output),
     };

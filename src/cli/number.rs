@@ -36,3 +36,11 @@ pub fn share(text: &str) -> Result<f64, String> {
 pub fn any(text: &str) -> Result<f64, String> {
     finite(text)
 }
+
+/// Source values shown as 0 and 255: LO,HI.
+pub fn stretch(text: &str) -> Result<(f64, f64), String> {
+    let expected = "two numbers LO,HI, as in 0,4000";
+    let (low, high) = text.split_once(',').ok_or(expected)?;
+    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| expected.to_owned());
+    Ok((number(low)?, number(high)?))
+}

@@ -156,6 +156,17 @@ impl Calibration {
 }
 
 impl PixelDriftLaw {
+    /// D_U, pixels, with `matched_count` matches: sqrt(floor^2 + pair^2 / n).
+    ///
+    /// # Example
+    /// ```
+    /// let law = overfly::coupling::PixelDriftLaw { pair_drift_px: 4.0, floor_px: 0.3 };
+    /// assert!((law.drift_px(100.0) - 0.5).abs() < 1e-12);
+    /// ```
+    pub fn drift_px(&self, matched_count: f64) -> f64 {
+        self.floor_px.hypot(self.pair_drift_px / matched_count.sqrt())
+    }
+
     /// The law on the ground, for pixels of `m_per_px`.
     ///
     /// # Errors

@@ -27,7 +27,7 @@ pub use execution::{
     PAPER_GSD_M_PER_PX, PAPER_IMAGE_PX, PAPER_LOAD_S, PAPER_SECONDS_PER_DESCRIPTOR, PROBABLE_LOAD_S, RelativeCost,
     descriptor_count,
 };
-pub use fit::{fit_line, fit_slope};
+pub use fit::{fit_line, fit_power, fit_power_above, fit_slope, r_squared};
 pub use imaging::{displacement_sigma_m, ground_extent_m, overlap_limit_s, scan_limit_s};
 pub use mission::{
     absolute_count, chance_of_no_failure, expected_failures, mission_of_one_failure_s, mission_within_risk_s,

@@ -1,4 +1,4 @@
-//! Reading orthophotos: files in, masked colour tiles of the tile matrix out.
+//! Reading orthophotos: files in, masked colour tiles of the tile matrix out; or plain rectangles of pixels.
 //!
 //! GeoTIFF and COG are read by blocks, PNG and JPEG (with a world file) whole, and with the cargo feature `gdal` all that
 //! GDAL reads. Nothing here writes a file.
@@ -13,6 +13,7 @@ mod frame;
 mod gdal;
 mod gdal_metadata;
 mod georeference;
+mod imagery;
 mod large_frame;
 mod mapping;
 mod orthophoto;
@@ -29,5 +30,6 @@ pub use find::{content_hash, find_sources};
 pub use frame::{
     FrameBounds, FrameError, MAX_FILE_BYTES, decode_frame, decode_frame_within, read_colour_frame, read_frame,
 };
+pub use imagery::{Imagery, ImageryError};
 pub use large_frame::{ReducedFrame, read_large_frame, read_large_frame_within};
 pub use orthophoto::{Description, OpenOptions, Orthophoto};

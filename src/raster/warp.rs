@@ -7,7 +7,7 @@ use super::RasterError;
 use super::block::{BlockCache, BlockSource, Level};
 use super::georeference::Georeference;
 use super::mapping::{Cell, Fit, fit};
-use super::window::{Sample, Window, unmultiplied};
+use super::window::{Blocks, Sample, Window, unmultiplied};
 use crate::pixels::{Colour, Mask, MaskedColour};
 use crate::tile::{TILE_SIZE_PX, TileId};
 
@@ -168,31 +168,8 @@ impl Warp<'_> {
     }
 
     /// Fills the window [x0, x1) x [y0, y1) of a level from its blocks.
-    fn load(&self, window: &mut Window, level: usize, [x0, y0, x1, y1]: [i64; 4]) -> Result<(), RasterError> {
-        window.reset(x0, y0, (x1 - x0) as usize, (y1 - y0) as usize);
-        let Level { width_px, height_px, block_width_px, block_height_px } = self.source.levels()[level];
-        let inside = x0 >= 0 && y0 >= 0 && x1 <= width_px as i64 && y1 <= height_px as i64;
-        let clip = |v: i64, size: u64| v.clamp(0, size as i64) as u64;
-        let (left, right) = (clip(x0, width_px), clip(x1, width_px));
-        let (top, bottom) = (clip(y0, height_px), clip(y1, height_px));
-        let mut all_valid = inside;
-        if left < right && top < bottom {
-            for row in top / block_height_px..=(bottom - 1) / block_height_px {
-                for column in left / block_width_px..=(right - 1) / block_width_px {
-                    if self.source.is_missing(level, column, row) {
-                        all_valid = false;
-                        continue;
-                    }
-                    let key = (self.source_key, level, column, row);
-                    let block =
-                        self.cache.get(key, self.source.decodes_alone(), || self.source.read(level, column, row))?;
-                    let corner = ((column * block_width_px) as i64, (row * block_height_px) as i64);
-                    all_valid &= window.paste(&block, corner.0, corner.1);
-                }
-            }
-        }
-        window.set_all_valid(all_valid);
-        Ok(())
+    fn load(&self, window: &mut Window, level: usize, bounds: [i64; 4]) -> Result<(), RasterError> {
+        window.load(&Blocks { source: self.source, cache: self.cache, source_key: self.source_key }, level, bounds)
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! Colours are premultiplied by validity, so that a missing pixel weighs nothing and never bleeds.
 
-use super::block::Block;
+use super::RasterError;
+use super::block::{Block, BlockCache, BlockSource, Level};
 
 /// Red, green, blue in [0, 255], zero where missing; in the last place 255 where valid, 0 where missing. All four are
 /// carried through, so that the compiler fills a vector register with them.
@@ -19,7 +20,47 @@ pub(super) struct Window {
     all_valid: bool,
 }
 
+/// A source's blocks, and where decoded ones are kept.
+pub(super) struct Blocks<'a> {
+    pub source: &'a dyn BlockSource,
+    pub cache: &'a BlockCache,
+    pub source_key: u64,
+}
+
 impl Window {
+    /// Fills the rectangle [x0, x1) x [y0, y1) of a level from its blocks.
+    pub fn load(&mut self, blocks: &Blocks, level: usize, [x0, y0, x1, y1]: [i64; 4]) -> Result<(), RasterError> {
+        let &Blocks { source, cache, source_key } = blocks;
+        self.reset(x0, y0, (x1 - x0) as usize, (y1 - y0) as usize);
+        let Level { width_px, height_px, block_width_px, block_height_px } = source.levels()[level];
+        let inside = x0 >= 0 && y0 >= 0 && x1 <= width_px as i64 && y1 <= height_px as i64;
+        let clip = |v: i64, size: u64| v.clamp(0, size as i64) as u64;
+        let (left, right) = (clip(x0, width_px), clip(x1, width_px));
+        let (top, bottom) = (clip(y0, height_px), clip(y1, height_px));
+        let mut all_valid = inside;
+        if left < right && top < bottom {
+            for row in top / block_height_px..=(bottom - 1) / block_height_px {
+                for column in left / block_width_px..=(right - 1) / block_width_px {
+                    if source.is_missing(level, column, row) {
+                        all_valid = false;
+                        continue;
+                    }
+                    let key = (source_key, level, column, row);
+                    let block = cache.get(key, source.decodes_alone(), || source.read(level, column, row))?;
+                    let corner = ((column * block_width_px) as i64, (row * block_height_px) as i64);
+                    all_valid &= self.paste(&block, corner.0, corner.1);
+                }
+            }
+        }
+        self.set_all_valid(all_valid);
+        Ok(())
+    }
+
+    /// All pixels, row by row.
+    pub fn values(&self) -> &[Sample] {
+        &self.values
+    }
+
     /// An empty (wholly invalid) rectangle from `x0`, `y0`; keeps its memory between uses.
     pub fn reset(&mut self, x0: i64, y0: i64, width_px: usize, height_px: usize) {
         (self.x0, self.y0, self.width_px, self.height_px) = (x0, y0, width_px, height_px);

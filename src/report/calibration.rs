@@ -1,6 +1,6 @@
 //! `calibration_svg`: what searches stated against what came, on logarithmic axes.
 
-use super::plot::{INK, mesh, svg};
+use super::plot::{INK, legend, mesh, named_line, svg};
 use crate::trial::{CalibrationStep, NegativeScore};
 use plotters::prelude::*;
 
@@ -24,10 +24,7 @@ pub fn calibration_svg(score: &NegativeScore) -> String {
             .build_cartesian_2d(deepest - 0.3..-0.7, deepest..0.0)?;
         mesh(&mut chart, "stated: log10 of the accidents expected, below", "came: log10 of the share of negatives")?;
         let diagonal = [(deepest - 0.3, deepest - 0.3), (-0.7, -0.7)].map(|(x, y): (f64, f64)| (x, y.max(deepest)));
-        chart
-            .draw_series(LineSeries::new(diagonal, INK.stroke_width(2)))?
-            .label("at most this may come; bars: 95 % bounds")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)));
+        named_line(&mut chart, "at most this may come; bars: 95 % bounds", INK, diagonal)?;
         for (i, region) in score.by_region.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             // Side by side, so that bounds do not hide each other.
@@ -49,12 +46,7 @@ pub fn calibration_svg(score: &NegativeScore) -> String {
                 .label(format!("area {} of the usual, {} trials", region.region, region.trials))
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
-            .label_font(("sans-serif", 14).into_font().color(&INK))
-            .border_style(INK.mix(0.2))
-            .draw()
+        legend(&mut chart, SeriesLabelPosition::LowerRight)
     })
 }
 

@@ -1,6 +1,6 @@
 //! `cost_svg`: times against tiles, on logarithmic axes, and the line through them.
 
-use super::plot::{BOUND, INK, RIGHT, mesh, svg};
+use super::plot::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
 use crate::trial::Cost;
 use plotters::prelude::*;
 
@@ -22,10 +22,8 @@ pub fn cost_svg(cost: &Cost) -> String {
             let x = log(most_tiles) * f64::from(i) / 60.0;
             (x, log(at(10f64.powf(x))).max(log(low) - 0.3))
         });
-        chart
-            .draw_series(LineSeries::new(line, INK.mix(0.7).stroke_width(2)))?
-            .label(format!("{:.1} ms + {:.3} ms a tile", 1e3 * cost.constant_s, 1e3 * cost.seconds_per_tile))
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)));
+        let name = format!("{:.1} ms + {:.3} ms a tile", 1e3 * cost.constant_s, 1e3 * cost.seconds_per_tile);
+        named_line(&mut chart, &name, INK, line)?;
         let spread = cost.steps.iter().map(|s| {
             let ends = [(log(s.tiles), log(s.elapsed_ms.median)), (log(s.tiles), log(s.elapsed_ms.p95))];
             PathElement::new(ends, RIGHT.mix(0.5).stroke_width(2))
@@ -41,11 +39,6 @@ pub fn cost_svg(cost: &Cost) -> String {
             .draw_series(first)?
             .label("the first search of an area")
             .legend(|(x, y)| Circle::new((x + 9, y), 4, BOUND.stroke_width(2)));
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .label_font(("sans-serif", 14).into_font().color(&INK))
-            .border_style(INK.mix(0.2))
-            .draw()
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)
     })
 }

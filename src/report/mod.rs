@@ -2,6 +2,7 @@
 
 mod calibration;
 mod cost;
+mod experiment_page;
 mod flown;
 mod flown_plots;
 mod gallery;
@@ -15,6 +16,7 @@ mod relative_cost;
 
 pub use calibration::calibration_svg;
 pub use cost::cost_svg;
+pub use experiment_page::experiment_html;
 pub use flown::{Flown, flown_page};
 pub use mosaic::Mosaic;
 pub use plan_page::plan_html;

@@ -1,6 +1,6 @@
 //! `plan_svgs`: v_max against K1, T0_max against D_U, and how the searches settle.
 
-use super::plot::{BOUND, INK, RIGHT, mesh, svg};
+use super::plot::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
 use crate::coupling::{Combined, CouplingParameters, ExecutionSequence, Parallel, Sequential};
 use crate::plan::Forecast;
 use plotters::prelude::*;
@@ -88,18 +88,9 @@ fn chart(x: &str, y: &str, lines: &[Line], dot: Option<(f64, f64)>) -> String {
             .build_cartesian_2d(range(|p| p.0), range(|p| p.1))?;
         mesh(&mut chart, x, y)?;
         for (name, colour, line) in lines {
-            let colour = *colour;
-            chart
-                .draw_series(LineSeries::new(line.iter().copied(), colour.stroke_width(2)))?
-                .label(*name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+            named_line(&mut chart, name, *colour, line.iter().copied())?;
         }
         chart.draw_series(dot.iter().map(|&d| Circle::new(d, 5, INK.filled())))?;
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font(("sans-serif", 14).into_font().color(&INK))
-            .border_style(INK.mix(0.2))
-            .draw()
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
     })
 }

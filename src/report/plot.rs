@@ -3,6 +3,7 @@
 use super::Report;
 use super::map::{ellipse_m, fix_of, half_axes_m};
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 /// Becomes `currentColor`, so that the plot reads on light and on dark.
@@ -111,35 +112,49 @@ fn span(report: &Report) -> std::ops::Range<f64> {
     first - air..last + air
 }
 
+/// A chart that is being drawn, on any two axes.
+pub(super) type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
+
 /// Axes with their names, and lines at the labelled values.
-pub(super) fn mesh<'a>(
-    chart: &mut ChartContext<
-        SVGBackend<'a>,
-        Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
-    >,
-    x: &str,
-    y: &str,
-) -> Drawn {
-    mesh_named(chart, x, y, &tick)
+pub(super) fn mesh<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    labelled_mesh(chart, [x, y], [&tick, &tick])
 }
 
 /// [`mesh`] whose numbers upwards are written by `name`.
-pub(super) fn mesh_named<'a>(
-    chart: &mut ChartContext<
-        SVGBackend<'a>,
-        Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
-    >,
-    x: &str,
-    y: &str,
-    name: &dyn Fn(&f64) -> String,
-) -> Drawn {
+pub(super) fn mesh_named<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str, name: &dyn Fn(&f64) -> String) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    labelled_mesh(chart, [x, y], [&tick, name])
+}
+
+/// [`mesh`] for logarithmic axes: of each decade only 1, 2 and 5 are labelled.
+pub(super) fn log_mesh<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    labelled_mesh(chart, [x, y], [&log_tick, &log_tick])
+}
+
+/// `names` of the axes, and what writes their numbers.
+fn labelled_mesh<X, Y>(chart: &mut Chart<X, Y>, names: [&str; 2], numbers: [&dyn Fn(&f64) -> String; 2]) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
     let text = ("sans-serif", 14).into_font().color(&INK);
     chart
         .configure_mesh()
-        .x_desc(x)
-        .y_desc(y)
-        .x_label_formatter(&tick)
-        .y_label_formatter(name)
+        .x_desc(names[0])
+        .y_desc(names[1])
+        .x_label_formatter(numbers[0])
+        .y_label_formatter(numbers[1])
         .axis_desc_style(text.clone())
         .label_style(text)
         .axis_style(INK.mix(0.6))
@@ -147,8 +162,61 @@ pub(super) fn mesh_named<'a>(
         .light_line_style(TRANSPARENT)
         .draw()
 }
+
+/// A line with its name in the legend.
+pub(super) fn named_line<X, Y>(
+    chart: &mut Chart<X, Y>,
+    name: &str,
+    colour: RGBColor,
+    points: impl IntoIterator<Item = (f64, f64)>,
+) -> Drawn
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    chart
+        .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
+        .label(name)
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    Ok(())
+}
+
+/// The names of what is drawn.
+pub(super) fn legend<'a, 'b: 'a, X, Y>(chart: &mut Chart<'a, 'b, X, Y>, position: SeriesLabelPosition) -> Drawn
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    chart
+        .configure_series_labels()
+        .position(position)
+        .label_font(("sans-serif", 14).into_font().color(&INK))
+        .border_style(INK.mix(0.2))
+        .draw()
+}
+
 /// A tick's number without needless zeros; ticks are never finer than a hundredth.
 fn tick(value: &f64) -> String {
     let text = format!("{:.2}", if value.abs() < 0.005 { 0.0 } else { *value });
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A tick of a logarithmic axis where its first digit is 1, 2 or 5, else nothing.
+fn log_tick(value: &f64) -> String {
+    let power = value.log10().floor().min(0.0);
+    let text = format!("{:.*}", (-power) as usize, value);
+    let first = text.chars().find(|c| ('1'..='9').contains(c));
+    if matches!(first, Some('1' | '2' | '5')) { text } else { String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_short() {
+        assert_eq!([0.0, -1e-17, 0.25, 10.0, 1000.0, -2.5].map(|v| tick(&v)), ["0", "0", "0.25", "10", "1000", "-2.5"]);
+        let log = [0.001, 0.02, 0.3, 0.5, 1.0, 70.0, 500.0, 10_000.0].map(|v| log_tick(&v));
+        assert_eq!(log, ["0.001", "0.02", "", "0.5", "1", "", "500", "10000"]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::locate::LocateError;
 use crate::navigate::NavigateError;
-use crate::raster::FrameError;
+use crate::raster::{FrameError, ImageryError};
 use std::path::PathBuf;
 
 /// Why a trial cannot be run. Lines are counted from 1, the header being line 1.
@@ -95,6 +95,24 @@ pub enum TrialError {
     /// A frame cannot be decoded.
     #[error(transparent)]
     Frame(#[from] FrameError),
+    /// A photo or orthophoto cannot be read.
+    #[error(transparent)]
+    Imagery(Box<ImageryError>),
+    /// An image without room for the views that are to be cut from it.
+    #[error(
+        "{path}: its {width_px} x {height_px} px have no place for two views of {edge_px} px that share a tenth; take larger \
+         images without missing pixels, or a smaller --edge-px"
+    )]
+    NoPlace {
+        /// Which image.
+        path: PathBuf,
+        /// Its columns.
+        width_px: usize,
+        /// Its rows.
+        height_px: usize,
+        /// Edge of a view.
+        edge_px: usize,
+    },
     /// A frame cannot be asked about.
     #[error("{image}: {cause}")]
     Locate {
@@ -123,6 +141,12 @@ pub enum TrialError {
     },
 }
 
+impl From<ImageryError> for TrialError {
+    fn from(error: ImageryError) -> Self {
+        Self::Imagery(Box::new(error))
+    }
+}
+
 impl TrialError {
     /// A stable word for scripts.
     pub fn code(&self) -> &'static str {
@@ -137,6 +161,8 @@ impl TrialError {
             Self::NoTruth { .. } => "no_truth",
             Self::NotACamera { .. } => "not_a_camera",
             Self::Frame(e) => e.code(),
+            Self::Imagery(e) => e.code(),
+            Self::NoPlace { .. } => "no_place_for_views",
             Self::Locate { cause, .. } => cause.code(),
             Self::Navigate { cause, .. } => cause.code(),
             Self::Option { .. } => "bad_option",

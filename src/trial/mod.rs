@@ -6,7 +6,9 @@
 mod calibration;
 mod camera_file;
 mod cost;
+mod drift_curve;
 mod error;
+mod experiment;
 mod fix_score;
 mod fix_table;
 mod fixes;
@@ -17,14 +19,19 @@ mod motions;
 mod negatives;
 mod pairs;
 mod relative_cost;
+mod relative_laws;
+mod relative_sample;
 mod spread;
 mod strangers;
 mod table;
+mod views;
 
-pub use calibration::{Calibrated, CalibrationRow, calibration_toml, write_samples};
+pub use calibration::{Calibrated, calibration_toml};
 pub use camera_file::read_camera;
 pub use cost::{Cost, CostStep, CostTrial, write_cost};
+pub use drift_curve::{DRIFT_BOUND_PX, DriftBin, DriftCurve, Estimator, MatchesNeeded};
 pub use error::TrialError;
+pub use experiment::{Experiment, OverlapRow, PaperFigures, Shape, images_csv};
 pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial};
@@ -37,6 +44,9 @@ pub use negatives::{
     write_negatives,
 };
 pub use pairs::{Pair, Pairs};
-pub use relative_cost::{OVERLAPS_PERCENT, RelativeSample, RelativeTrial};
+pub use relative_cost::{CutImage, OVERLAPS_PERCENT, RelativeMeasurement, RelativeTrial};
+pub use relative_laws::{DescriptorRow, RelativeLaws};
+pub use relative_sample::{Drifts, RelativeSample, StepTimes, samples_csv};
 pub use spread::Spread;
 pub use strangers::{StrangerScore, StrangerTrial};
+pub use views::Place;

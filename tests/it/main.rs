@@ -7,6 +7,7 @@ mod command_line;
 mod demo;
 mod drawn;
 mod equations;
+mod experiment;
 mod fixes;
 mod fly;
 mod fuzz;

@@ -26,22 +26,44 @@ fn words(d: &[u8; 32]) -> [u64; 4] {
 
 /// For every keypoint of b its nearest of a, where the second nearest is farther by `ratio` (the paper's threshold
 /// step) and a's nearest of b is the same keypoint. In order of b; of equals the first is the nearest. Time is
-/// |a| |b| (equation 43).
+/// |a| |b| (equation 43). [`neighbours`] and [`Neighbours::kept`] are its two steps.
 pub fn match_mutual(a: &Keypoints, b: &Keypoints, ratio: f32) -> Vec<Correspondence> {
-    let Neighbours { of_b, of_a } = neighbours(&a.descriptors, &b.descriptors);
-    let pairs = of_b.iter().enumerate().filter_map(|(j, &[best, second])| {
-        let found = best != u64::MAX && (distance(best) as f32) < ratio * distance(second) as f32;
-        found.then(|| Correspondence { a: index(best), b: j, distance: distance(best) })
-    });
-    pairs.filter(|m| index(of_a[m.a]) == m.b).collect()
+    neighbours(a, b).kept(ratio)
 }
 
-/// A neighbour is its distance above its index, in one word: the least word is the first of the nearest.
-struct Neighbours {
+/// Every keypoint's nearest ones in the other image: all descriptors against all.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Neighbours {
+    // A neighbour is its distance above its index, in one word: the least word is the first of the nearest.
     /// For each of b the nearest and second nearest of a.
     of_b: Vec<[u64; 2]>,
     /// For each of a the nearest of b.
     of_a: Vec<u64>,
+}
+
+/// Compares all descriptors of a with all of b.
+///
+/// # References
+/// Equation 43: the time is |a| |b|.
+pub fn neighbours(a: &Keypoints, b: &Keypoints) -> Neighbours {
+    nearest(&a.descriptors, &b.descriptors)
+}
+
+impl Neighbours {
+    /// The correspondences that hold: the second nearest farther by `ratio`, and mutual.
+    ///
+    /// # References
+    /// The paper's threshold step, equation 44: the time is |b|.
+    pub fn kept(&self, ratio: f32) -> Vec<Correspondence> {
+        let pairs = self.of_b.iter().enumerate().filter_map(|(j, &[best, second])| {
+            let found = best != u64::MAX && (distance(best) as f32) < ratio * distance(second) as f32;
+            found.then(|| Correspondence { a: index(best), b: j, distance: distance(best) })
+        });
+        // Room for all at once: growing takes longer than choosing.
+        let mut kept = Vec::with_capacity(self.of_b.len());
+        kept.extend(pairs.filter(|m| index(self.of_a[m.a]) == m.b));
+        kept
+    }
 }
 
 fn word(distance: u32, index: usize) -> u64 {
@@ -56,24 +78,24 @@ fn index(word: u64) -> usize {
     word as u32 as usize
 }
 
-fn neighbours(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+fn nearest(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("popcnt") {
         // SAFETY: the processor has POPCNT.
-        return unsafe { neighbours_popcnt(a, b) };
+        return unsafe { nearest_popcnt(a, b) };
     }
-    neighbours_of(a, b)
+    nearest_of(a, b)
 }
 
-/// [`neighbours_of`] with the processor's own count of bits.
+/// [`nearest_of`] with the processor's own count of bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "popcnt")]
-fn neighbours_popcnt(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
-    neighbours_of(a, b)
+fn nearest_popcnt(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+    nearest_of(a, b)
 }
 
 #[inline(always)]
-fn neighbours_of(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+fn nearest_of(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
     let mut of_a = vec![u64::MAX; a.len()];
     let one = |(j, of_b): (usize, &[u8; 32])| {
         let (mut best, mut second) = (u64::MAX, u64::MAX);
@@ -101,18 +123,18 @@ mod tests {
             b in proptest::collection::vec(any::<[u8; 32]>(), 0..12),
             ratio in 0.5f32..1.1,
         ) {
-            let nearest = |of: &[u8; 32], among: &[[u8; 32]]| (0..among.len()).min_by_key(|&i| hamming(of, &among[i]));
+            let closest = |of: &[u8; 32], among: &[[u8; 32]]| (0..among.len()).min_by_key(|&i| hamming(of, &among[i]));
             let expected: Vec<_> = (0..b.len()).filter_map(|j| {
-                let i = nearest(&b[j], &a)?;
+                let i = closest(&b[j], &a)?;
                 let best = hamming(&a[i], &b[j]);
                 let second = (0..a.len()).filter(|&k| k != i).map(|k| hamming(&a[k], &b[j])).min().unwrap_or(u32::MAX);
-                let is_match = (best as f32) < ratio * second as f32 && nearest(&a[i], &b) == Some(j);
+                let is_match = (best as f32) < ratio * second as f32 && closest(&a[i], &b) == Some(j);
                 is_match.then_some(Correspondence { a: i, b: j, distance: best })
             }).collect();
             let of = |descriptors: Vec<[u8; 32]>| Keypoints { points: Vec::new(), descriptors };
             prop_assert_eq!(match_mutual(&of(a.clone()), &of(b.clone()), ratio), expected);
-            let (either, plain) = (neighbours(&a, &b), neighbours_of(&a, &b));
-            prop_assert_eq!((either.of_a, either.of_b), (plain.of_a, plain.of_b));
+            let (either, plain) = (nearest(&a, &b), nearest_of(&a, &b));
+            prop_assert_eq!(either, plain);
         }
     }
 }

@@ -10,7 +10,7 @@ mod response;
 
 pub use blob::{from_blob, to_blob};
 pub use frame::{FrameRecipe, describe_frame};
-pub use matching::{Correspondence, hamming, match_mutual};
+pub use matching::{Correspondence, Neighbours, hamming, match_mutual, neighbours};
 
 use crate::pixels::{Gray, Mask};
 use detector::Share;
