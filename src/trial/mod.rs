@@ -1,4 +1,5 @@
-//! Scoring against truth: absolute registration on flights, relative registration on pairs and flights.
+//! Scoring against truth: absolute registration on flights, relative registration on pairs and flights; and flights simulated by
+//! the thousand, to score what is predicted.
 //!
 //! Reads flight folders and pairs files, runs the same library calls that the commands run, and counts. Truth goes
 //! into the score and into the displaced prior, nowhere else.
@@ -6,6 +7,7 @@
 mod calibration;
 mod camera_file;
 mod cost;
+mod ellipse;
 mod error;
 mod fix_score;
 mod fix_table;
@@ -17,6 +19,7 @@ mod motions;
 mod negatives;
 mod pairs;
 mod relative_cost;
+pub mod simulation;
 mod spread;
 mod strangers;
 mod table;
