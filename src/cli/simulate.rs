@@ -78,8 +78,8 @@ fn text(s: &Summary) -> String {
         text.push_str(&format!("  t_exe        {} s\n", both(p.execution_s, out.execution_s, 4)));
         text.push_str(&format!("  p            {}\n", both(p.failure_probability, out.failure_probability, 6)));
         text.push_str(&format!("  T0_max       {} s\n", both(p.max_mission_s, out.max_mission_s, 0)));
-        if let Some(adjusted) = &s.adjusted {
-            text.push_str(&format!("  with what the model leaves out: {:.4} failures a flight\n", adjusted.failures));
+        if let Some(failures) = s.adjusted.and_then(|a| a.failures) {
+            text.push_str(&format!("  with what the model leaves out: {failures:.4} failures a flight\n"));
         }
         if out.failures > 0.0 {
             text.push_str(&format!(

@@ -13,6 +13,7 @@ mod plan_plot;
 mod plot;
 mod relative_cost;
 mod simulated;
+mod simulated_failures;
 mod simulated_plots;
 
 pub use calibration::calibration_svg;

@@ -9,17 +9,18 @@ const STYLE: &str = include_str!("report.css");
 /// The page. Every plot is embedded; nothing is loaded from anywhere.
 pub fn simulated_page(title: &str, summaries: &[Summary], family: &Family, svgs: &[(&'static str, String)]) -> String {
     let title = escaped(title);
-    let figures: String = svgs
-        .iter()
-        .map(|(name, svg)| format!("<figure>{svg}<figcaption>{}</figcaption></figure>", caption(name)))
-        .collect();
+    let figure =
+        |(name, svg): &(&str, String)| format!("<figure>{svg}<figcaption>{}</figcaption></figure>", caption(name));
+    let is_overview = |plot: &&(&str, String)| plot.0 == "failures";
+    let overview: String = svgs.iter().filter(is_overview).map(figure).collect();
+    let figures: String = svgs.iter().filter(|plot| !is_overview(plot)).map(figure).collect();
     format!(
         r#"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>{title}</title><style>{STYLE}</style></head>
 <body><main><header><h1>{title}</h1><p>No image was registered: errors, times and failures are drawn as the file states them. Bands are where a figure comes out if its prediction is true, so wide that all of them hold with {confidence:.0}&nbsp;%.</p></header>
 <section class="cards">{cards}</section>
-<section><h2>Plots</h2><div class="plots">{figures}</div></section>
-<section><h2>Failures a flight</h2><div class="scroll"><table><thead><tr><th>scenario</th><th>departs by</th><th>mode</th><th>flights</th><th>hours</th><th>n</th><th>(14) as printed</th><th>model (11)</th><th>with what it leaves out</th><th>simulated</th><th>over the model's</th><th>variance over mean</th><th>lost</th></tr></thead><tbody>{failures}</tbody></table></div></section>
+{overview}<section><h2>Plots</h2><div class="plots">{figures}</div></section>
+<section><h2>Failures a flight</h2><div class="scroll"><table><thead><tr><th>scenario</th><th>mode</th><th>hours</th><th>n</th><th>(14) as printed</th><th>model (11)</th><th>with what it leaves out</th><th>simulated</th><th>over the model's</th><th>p</th><th>p after a failure</th><th>variance over mean</th><th>lost</th></tr></thead><tbody>{failures}</tbody></table></div></section>
 <section><h2>Comparisons</h2><div class="scroll"><table><thead><tr><th>scenario</th><th>figure</th><th>mode</th><th>predicted</th><th>simulated</th><th>band</th><th></th></tr></thead><tbody>{comparisons}</tbody></table></div></section>
 </main></body></html>
 "#,
@@ -33,12 +34,13 @@ pub fn simulated_page(title: &str, summaries: &[Summary], family: &Family, svgs:
 fn caption(name: &str) -> &'static str {
     match name {
         "failures" => {
-            "Failures a flight, predicted (across) and simulated (up), with the band of each prediction; on the line where both agree."
+            "Failures a flight over those that (11) predicts: simulated (dots), the band of the prediction (bars), what (14) says as printed (crosses), and the prediction with what the model leaves out (rings)."
         }
         "survival" => {
             "Share of the flights without a failure (steps) and (1 - p)^N as predicted (line), against time over T0_max."
         }
-        "spread" => "Flights by their number of failures over the mean, simulated (bars) and predicted (dots).",
+        "spread" => "Flights by their number of failures, simulated (bars) and as predicted (dots).",
+        "together" => "The same where failures come together most.",
         "optimum" => {
             "Failures a flight against n: equation 11 (line), simulated with its band (bars), n_opt of (13) upright."
         }
@@ -62,23 +64,24 @@ fn failure_rows(summaries: &[Summary]) -> String {
     let mut rows = String::new();
     for s in summaries.iter().filter(|s| s.simulated.absolute_count > 0.0) {
         let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.4}"));
-        let ratio = s.predicted.failures.map(|p| s.simulated.failures / p);
+        let (p, out) = (&s.predicted, &s.simulated);
         let _ = write!(
             rows,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.4}</td><td>{}</td><td>{}</td><td>{:.2}&nbsp;%</td></tr>",
-            escaped(&s.variation),
+            r#"<tr><td title="{}">{}</td><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.4}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}&nbsp;%</td></tr>"#,
             s.departures.join(", "),
+            escaped(&s.variation),
             s.mode.word(),
-            s.runs,
             s.mission_s / 3600.0,
             s.relative_count.map_or(String::new(), |n| n.to_string()),
-            number(s.predicted.failures_printed),
-            number(s.predicted.failures),
-            number(s.adjusted.map(|a| a.failures)),
-            s.simulated.failures,
-            number(ratio),
-            number(s.simulated.dispersion),
-            100.0 * s.simulated.flights_lost,
+            number(p.failures_printed),
+            number(p.failures),
+            number(s.adjusted.and_then(|a| a.failures)),
+            out.failures,
+            number(p.failures.map(|p| out.failures / p)),
+            number(out.failure_probability),
+            number(out.failure_probability_after_failure),
+            number(out.dispersion),
+            100.0 * out.flights_lost,
         );
     }
     rows

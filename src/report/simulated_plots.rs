@@ -1,6 +1,7 @@
-//! Plots of a simulation: predicted against simulated, flights without a failure in time, their spread, f(n), coverage.
+//! Plots of a simulation: flights without a failure in time, their spread, f(n), coverage; and all plots by name.
 
 use super::plot::{BOUND, Drawn, FALSE, INK, RIGHT, mesh, svg};
+use super::simulated_failures::failures;
 use crate::coupling::Sequential;
 use crate::navigate::Mode;
 use crate::trial::simulation::{CHECKPOINTS, Comparison, Flown, Summary};
@@ -14,12 +15,13 @@ const COLOURS: [RGBColor; 6] =
     [RIGHT, BOUND, RGBColor(120, 90, 190), RGBColor(60, 130, 210), RGBColor(190, 80, 130), RGBColor(120, 140, 60)];
 const SIZE: (u32, u32) = (720, 420);
 
-/// Plots by name, those for which there is something to plot: `failures`, `survival`, `spread`, `optimum`, `coverage`.
+/// Plots by name, those for which there is something to plot: `failures`, `survival`, `spread`, `together`, `optimum`, `coverage`.
 pub fn simulated_svgs(flown: &[Flown], summaries: &[Summary]) -> Vec<(&'static str, String)> {
     let plots = [
         ("failures", failures(summaries)),
         ("survival", survival(flown)),
-        ("spread", spread(flown)),
+        ("spread", with_failures(flown).first().and_then(|(f, _)| spread(f))),
+        ("together", most_together(flown, summaries).and_then(spread)),
         ("optimum", optimum(flown, summaries)),
         ("coverage", coverage(summaries)),
     ];
@@ -55,31 +57,6 @@ fn plot(
     })
 }
 
-/// Predicted against simulated failures, on logarithmic axes.
-fn failures(summaries: &[Summary]) -> Option<String> {
-    let of = |s: &Summary| -> Option<Comparison> {
-        s.comparisons.iter().find(|c| c.what == "failures" && c.predicted > 0.0 && c.simulated > 0.0).copied()
-    };
-    let found: Vec<Comparison> = summaries.iter().filter_map(of).collect();
-    let values = || found.iter().flat_map(|c| [c.predicted.log10(), c.simulated.log10()]);
-    let (low, high) = (values().reduce(f64::min)? - 0.15, values().reduce(f64::max)? + 0.15);
-    let labels = ["log10 of failures a flight, predicted (11)", "log10 of failures a flight, simulated"];
-    Some(plot([low, high, low, high], labels, Some(SeriesLabelPosition::UpperLeft), |chart| {
-        chart.draw_series([PathElement::new([(low, low), (high, high)], INK.mix(0.4).stroke_width(1))])?;
-        for (inside, colour, label) in [(true, RIGHT, "inside its band"), (false, FALSE, "outside")] {
-            let these: Vec<&Comparison> = found.iter().filter(|c| c.inside == inside).collect();
-            for c in &these {
-                let (x, [from, to]) = (c.predicted.log10(), c.band.map(|b| b.max(1e-9).log10()));
-                chart.draw_series([PathElement::new([(x, from), (x, to)], INK.mix(0.6).stroke_width(3))])?;
-            }
-            let dots =
-                these.iter().map(|c| Circle::new((c.predicted.log10(), c.simulated.log10()), 4, colour.filled()));
-            chart.draw_series(dots)?.label(label).legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
-        }
-        Ok(())
-    }))
-}
-
 /// Flights with a predicted p, at most as many as there are colours.
 fn with_failures(flown: &[Flown]) -> Vec<(&Flown, RGBColor)> {
     let has = |f: &&Flown| f.prediction.failure_probability.is_some() && f.prediction.cycle_s.is_some();
@@ -113,9 +90,18 @@ fn survival(flown: &[Flown]) -> Option<String> {
     }))
 }
 
+/// Where failures come together most: the variance of a flight's failures is the largest multiple of their mean, and not by chance.
+fn most_together<'a>(flown: &'a [Flown], summaries: &[Summary]) -> Option<&'a Flown> {
+    let dispersion = |s: &Summary| s.simulated.dispersion.unwrap_or(0.0);
+    let pairs = flown.iter().zip(summaries).filter(|(f, s)| {
+        // Of a mean of independent failures it is known to sqrt(2 / flights); four of these.
+        f.prediction.failures.is_some() && dispersion(s) > 1.0 + 4.0 * (2.0 / f64::from(s.runs)).sqrt()
+    });
+    pairs.max_by(|a, b| dispersion(a.1).total_cmp(&dispersion(b.1))).map(|(f, _)| f)
+}
+
 /// Flights by their number of failures.
-fn spread(flown: &[Flown]) -> Option<String> {
-    let (f, _) = *with_failures(flown).first()?;
+fn spread(f: &Flown) -> Option<String> {
     let (p, count) = (f.prediction.failure_probability?, f.prediction.absolute_count?);
     let most = f.tallies.iter().map(|t| t.failures).max()?.clamp(1, 60);
     let flights = f.tallies.len() as f64;

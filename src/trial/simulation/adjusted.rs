@@ -18,10 +18,12 @@ pub struct Adjusted {
     pub execution_s: f64,
     /// Chance that it fails, by what is drawn or because the image is not where it searches.
     pub failure_probability: f64,
-    /// Absolute registrations in a mission.
+    /// Absolute registrations in a mission, as long as no flight is lost.
     pub absolute_count: f64,
-    /// Of them, failures.
-    pub failures: f64,
+    /// Of them, failures; absent where more than a hundredth of the flights is lost.
+    pub failures: Option<f64>,
+    /// Share of the flights whose region grows, failure upon failure, until every search comes too late.
+    pub flights_lost: f64,
 }
 
 /// A search and what goes before it.
@@ -32,7 +34,7 @@ struct Cycle {
     duration_s: f64,
 }
 
-/// Flights of which more are lost than this have no steady state to speak of.
+/// Where more flights are lost than this there is no steady state to speak of.
 const MOST_LOST: f64 = 0.01;
 /// Failures in a row that are followed.
 const MOST_IN_A_ROW: u32 = 100_000;
@@ -90,23 +92,26 @@ fn sequential(scenario: &Scenario, plan: Plan, tile_m: Option<f64>) -> Result<Op
         elapsed_s += reached * this.duration_s;
         reached *= this.probability;
         if carries && this.probability >= 1.0 {
-            let lost = reached * plan.mission_s / elapsed_s;
-            return Ok((lost <= MOST_LOST).then(|| adjusted(&first, plan, searches, failed, elapsed_s)));
+            // A fix or loss, again and again.
+            let lost = -(-reached * plan.mission_s / elapsed_s).exp_m1();
+            return Ok(Some(adjusted(&first, plan, [searches, failed, elapsed_s], lost)));
         }
         if reached < 1e-12 {
             break;
         }
     }
-    Ok(Some(adjusted(&first, plan, searches, failed, elapsed_s)))
+    Ok(Some(adjusted(&first, plan, [searches, failed, elapsed_s], 0.0)))
 }
 
-fn adjusted(first: &Cycle, plan: Plan, searches: f64, failed: f64, elapsed_s: f64) -> Adjusted {
+/// From what comes between two fixes on the mean: searches, failures, seconds.
+fn adjusted(first: &Cycle, plan: Plan, [searches, failed, elapsed_s]: [f64; 3], flights_lost: f64) -> Adjusted {
     Adjusted {
         nominal_count: first.nominal_count,
         execution_s: first.execution_s,
         failure_probability: failed / searches,
         absolute_count: plan.mission_s * searches / elapsed_s,
-        failures: plan.mission_s * failed / elapsed_s,
+        failures: (flights_lost <= MOST_LOST).then_some(plan.mission_s * failed / elapsed_s),
+        flights_lost,
     }
 }
 
@@ -153,7 +158,8 @@ fn settled(
                 return Ok(None);
             }
             let this = Cycle { nominal_count, execution_s, probability, duration_s: 0.0 };
-            return Ok(Some(adjusted(&this, plan, 1.0, probability, whole_intervals(execution_s, interval_s))));
+            let between_s = whole_intervals(execution_s, interval_s);
+            return Ok(Some(adjusted(&this, plan, [1.0, probability, between_s], 0.0)));
         }
         execution_s = next_s;
     }

@@ -3,14 +3,17 @@
 use super::adjusted::Adjusted;
 use super::ground::Ground;
 use super::prediction::{Plan, Prediction, plan};
-use super::scenario::{AfterFailure, DrawnDrift, FailureLaw, Scenario};
+use super::scenario::{AfterFailure, DrawnDrift, FailureLaw, Scenario, whole_intervals};
 use crate::coupling::DriftGrowth;
 use crate::navigate::Mode;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Most absolute registrations of all flights of a case, and most images of all estimates: some minutes of a machine.
+/// Most absolute registrations of all flights of a case; of those that look up a store's tiles; of those that draw the outline of
+/// what an aircraft can reach; and most images of all estimates: each some minutes of a machine.
 const MOST_REGISTRATIONS: f64 = 1e10;
+const MOST_STORED: f64 = 1e7;
+const MOST_OUTLINES: f64 = 1e5;
 const MOST_IMAGES: f64 = 3e8;
 
 /// A scenario in one mode.
@@ -70,14 +73,18 @@ impl<'a> Case<'a> {
 
     fn bound_work(&self) -> Result<(), String> {
         let (scenario, mission_s) = (self.scenario, self.plan.mission_s);
-        let shortest_s = scenario.execution.constant_s + scenario.execution.seconds_per_tile;
-        let between_s =
-            if self.mode == Mode::Sequential { self.plan.relative_count as f64 * scenario.step_s() } else { 0.0 };
+        let search_s = scenario.execution.constant_s + scenario.execution.seconds_per_tile;
+        let shortest_s = whole_intervals(search_s, scenario.aircraft.image_interval_s).max(search_s);
+        let is_sequential = self.mode == Mode::Sequential;
+        let between_s = if is_sequential { self.plan.relative_count as f64 * scenario.step_s() } else { 0.0 };
         let registrations = f64::from(scenario.runs) * mission_s / (shortest_s + between_s);
-        if registrations > MOST_REGISTRATIONS {
-            return Err(format!(
-                "runs: {registrations:.1e} absolute registrations, of at most {MOST_REGISTRATIONS:.0e}"
-            ));
+        let most = match (self.ground, self.mode) {
+            (Ground::Endless, _) => MOST_REGISTRATIONS,
+            (Ground::Stored(_), Mode::Combined) => MOST_OUTLINES,
+            (Ground::Stored(_), _) => MOST_STORED,
+        };
+        if registrations > most && self.mode != Mode::RelativeOnly {
+            return Err(format!("runs: {registrations:.1e} absolute registrations may come, of at most {most:.0e}"));
         }
         let images = scenario.covariance.as_ref().map_or(0.0, |c| f64::from(c.runs) * mission_s / scenario.step_s());
         if images > MOST_IMAGES {

@@ -92,7 +92,7 @@ impl Scenario {
         }
         if let Some(store) = &self.store {
             bounds.push(("store.least_covered", store.least_covered, 1e-3, 1.0, "a share from 0.001 to 1"));
-            bounds.push(("store.beyond_m", store.beyond_m, 0.0, 1e5, "metres from 0 to 1e5"));
+            bounds.push(("store.beyond_m", store.beyond_m, -1e5, 1e5, "metres from -1e5 to 1e5"));
         }
         bounds
     }

@@ -164,7 +164,7 @@ pub struct StoreModel {
     /// No fix where the map shows less than this share of the image.
     #[serde(default = "half")]
     pub least_covered: f64,
-    /// How far beyond the layer's bounds the aircraft's waypoints may lie, metres.
+    /// How far beyond the bounds of the layer's tiles the aircraft's waypoints may lie, metres; negative: how far they stay within.
     #[serde(default)]
     pub beyond_m: f64,
 }

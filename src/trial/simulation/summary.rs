@@ -145,10 +145,9 @@ fn claims(flown: &Flown) -> Vec<Claim> {
     }
     let is_afresh = scenario.failures.after == AfterFailure::Afresh;
     if let Some(adjusted) = flown.adjusted.filter(|_| is_afresh && scenario.store.is_none()) {
-        let differs = predicted.failures.is_none_or(|mean| (adjusted.failures - mean).abs() > 1e-6 * mean);
-        if differs && adjusted.failures > 0.0 {
-            failures("failures_adjusted", Some(adjusted.absolute_count), Some(adjusted.failures));
-        }
+        let differs = |mean: f64| predicted.failures.is_none_or(|model| (mean - model).abs() > 1e-6 * model);
+        let mean = adjusted.failures.filter(|mean| *mean > 0.0 && differs(*mean));
+        failures("failures_adjusted", Some(adjusted.absolute_count), mean);
     }
     if let Some(chance) = predicted.chance_of_failure {
         let kind = Kind::Count { trials: runs as u64, per: runs };
