@@ -48,7 +48,7 @@ pub(super) fn failures(summaries: &[Summary]) -> Option<String> {
         chart.draw_series([PathElement::new([(at(1.0), -0.6), (at(1.0), count - 0.4)], INK.mix(0.4))])?;
         for (k, row) in rows.iter().enumerate() {
             let y = count - 1.0 - k as f64;
-            chart.draw_series([Text::new(row.name.clone(), (at(least) - 1.3 * air, y), names.clone())])?;
+            chart.draw_series([Text::new(row.name.clone(), (at(least) - 1.5 * air, y), names.clone())])?;
             let [from, to] = row.band.map(at);
             chart.draw_series([Rectangle::new([(from, y - 0.28), (to, y + 0.28)], INK.mix(0.22).filled())])?;
             let colour = if row.inside { RIGHT } else { FALSE };

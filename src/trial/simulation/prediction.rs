@@ -30,13 +30,13 @@ pub struct Prediction {
     pub absolute_count: Option<f64>,
     /// p N of a mission (11), at the n that is flown.
     pub failures: Option<f64>,
-    /// The least p N as printed in (14).
+    /// The least p N as printed in (14), where the best n is flown.
     pub failures_printed: Option<f64>,
     /// Chance of at least one failure in a mission.
     pub chance_of_failure: Option<f64>,
     /// T0_max at the n that is flown (16), seconds.
     pub max_mission_s: Option<f64>,
-    /// T0_max as printed in (16), seconds.
+    /// T0_max as printed in (16), seconds, where the best n is flown.
     pub max_mission_printed_s: Option<f64>,
     /// The mission in which a failure has a chance of 5 %, seconds.
     pub mission_within_risk_s: Option<f64>,
@@ -114,7 +114,9 @@ impl Prediction {
         };
         let model = Sequential::new(CouplingParameters { failure_probability: measured, ..parameters })?;
         let cycle_s = model.cycle_s(count)?;
-        let as_printed = |value: f64| (law == FailureLaw::Overlap && value.is_finite() && value > 0.0).then_some(value);
+        // (14) and (16) are of the best n, under (2) and (5).
+        let is_best = (printed.optimal_relative_count() - count).abs() <= 1.0 && law == FailureLaw::Overlap;
+        let as_printed = |value: f64| (is_best && value.is_finite() && value > 0.0).then_some(value);
         let probability = match model.failure_probability(count) {
             Ok(p) => Some(p),
             // Beyond n_max every one fails.
