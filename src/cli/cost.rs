@@ -2,8 +2,7 @@
 
 use super::evaluate::make_folder;
 use super::number::positive;
-use super::{Exit, Failure, Output};
-use overfly::locate::candidates::default_layer;
+use super::{Exit, Failure, Output, chosen_layer};
 use overfly::report::cost_svg;
 use overfly::store::Reader;
 use overfly::trial::{Cost, CostTrial, write_cost};
@@ -58,10 +57,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open(&args.db)?;
-    let layer = match &args.layer {
-        Some(name) => store.layer(name)?,
-        None => default_layer(&store)?,
-    };
+    let layer = chosen_layer(&store, args.layer.as_deref())?;
     let trial = CostTrial {
         layer: layer.name.clone(),
         tiles: args.tiles.clone(),

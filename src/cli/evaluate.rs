@@ -2,10 +2,9 @@
 
 use super::evaluate_motions::{self, Motions};
 use super::number::positive;
-use super::{Exit, Failure, Output, cost, default_threads, negatives};
+use super::{Exit, Failure, Output, chosen_layer, cost, default_threads, negatives};
 use anyhow::Context;
 use overfly::locate::Answer;
-use overfly::locate::candidates::default_layer;
 use overfly::store::{Layer, Reader};
 use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight, Spread, write_fixes};
 use serde::Serialize;
@@ -105,10 +104,7 @@ struct FrameLine<'a> {
 fn fixes(args: &Fixes, output: &Output) -> Result<Exit, Failure> {
     let flight = Flight::read(&args.flight)?;
     let store = Reader::open(&args.db)?;
-    let layer = match &args.layer {
-        Some(name) => store.layer(name)?,
-        None => default_layer(&store)?,
-    };
+    let layer = chosen_layer(&store, args.layer.as_deref())?;
     let right_m = match args.right_m {
         Some(right_m) => right_m,
         None => default_right_m(&store, layer)?,

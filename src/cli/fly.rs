@@ -2,8 +2,7 @@
 
 use super::evaluate::{default_right_m, make_folder};
 use super::number::{any, positive, share};
-use super::{Exit, Failure, Output, default_threads};
-use overfly::locate::candidates::default_layer;
+use super::{Exit, Failure, Output, chosen_layer, default_threads, simulate};
 use overfly::navigate::{Clock, Mode, NavigateOptions, SensorSigmas};
 use overfly::report::{Flown, Mosaic, flown_page};
 use overfly::store::{Layer, Reader, StoreError};
@@ -21,24 +20,53 @@ and altimeter alone. Modes:
   auto        waits for an absolute registration that ends before the next image is due, else lets it run beside
 Beside each stands dead reckoning: relative registrations alone, from the true start of each run between pauses, untroubled.
 
+--simulate flies thousands of drawn flights of hours instead, whose errors, times and failures the file states, and holds what the
+models predict against what happens: failures (11, 14), T0_max (16), settling times (21), covariances. No image is registered.
+docs/simulation/commented.toml has every field; --out writes simulation.csv, summary.json, plots and the page simulation.html.
+
 Execution times are --execution-s, or a stated line (0.05 s and 0.001 s a tile), never the machine's: a replay gives the same
 positions everywhere. Troubles for trials: --start-error-m, --blackout, --cloud, --heading-bias-deg.
 
 With --json: an object per mode. --out writes positions.csv, summary.json and the page report.html.
 
-Example:
-  overfly fly --db map.gpkg --flight flights/0716 --mode all --out flown";
+Examples:
+  overfly fly --db map.gpkg --flight flights/0716 --mode all --out flown
+  overfly fly --simulate docs/simulation/paper.toml --out simulated";
+
+/// What says nothing of a simulation.
+const FLOWN_ONLY: [&str; 17] = [
+    "flight",
+    "layer",
+    "mode",
+    "relative_count",
+    "heading_sigma_deg",
+    "height_sigma_ratio",
+    "start_sigma_m",
+    "speed_mps",
+    "min_turn_radius_m",
+    "execution_s",
+    "relative_s",
+    "start_error_m",
+    "blackout",
+    "cloud",
+    "heading_bias_deg",
+    "seed",
+    "right_m",
+];
 
 /// Arguments of `fly`.
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Args {
     /// The store.
-    #[arg(long, value_name = "FILE")]
-    db: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "simulate")]
+    db: Option<PathBuf>,
     /// The flight: a folder with flight.csv, camera.toml and images.
-    #[arg(long, value_name = "DIR")]
-    flight: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "simulate")]
+    flight: Option<PathBuf>,
+    /// Simulate what this file describes; with --db over that store, where the file has a table [store].
+    #[arg(long, value_name = "FILE", conflicts_with_all = FLOWN_ONLY)]
+    simulate: Option<PathBuf>,
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
@@ -87,10 +115,11 @@ pub struct Args {
     /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
     #[arg(long, value_name = "M", value_parser = positive)]
     right_m: Option<f64>,
-    /// Threads of each registration.
+    /// Threads of each registration; simulated flights at a time.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
-    /// Write positions.csv, summary.json and report.html here.
+    /// Write positions.csv, summary.json and report.html here; of a simulation simulation.csv, summary.json, the plots and
+    /// simulation.html.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -126,18 +155,22 @@ fn blackout(text: &str) -> Result<(usize, usize), String> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let flight = Flight::read(&args.flight)?;
-    let store = Reader::open(&args.db)?;
-    let layer = match &args.layer {
-        Some(name) => store.layer(name)?,
-        None => default_layer(&store)?,
+    if let Some(file) = &args.simulate {
+        return simulate::run(file, args.db.as_deref(), args.threads.get(), args.out.as_deref(), output);
+    }
+    let (Some(db), Some(flown)) = (&args.db, &args.flight) else {
+        unreachable!("both are required where nothing is simulated")
     };
+    let flight = Flight::read(flown)?;
+    let store = Reader::open(db)?;
+    let layer = chosen_layer(&store, args.layer.as_deref())?;
     let right_m = args.right_m.map_or_else(|| default_right_m(&store, layer), Ok)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;
     let modes = args.mode.modes();
     let bar = output.progress((flight.frames.len() * (modes.len() + 1)) as u64, "images");
     let trial = FlyTrial { store: &store, flight: &flight, disturbances: args.disturbances() };
     let reckoned = trial.reckon(&args.options(&layer.name, Mode::RelativeOnly), |_| bar.inc(1))?;
+    let title = format!("overfly: {} flown without GPS", flown.display());
     let mut flown: Vec<(Mode, Vec<FlyOutcome>)> = Vec::new();
     for mode in modes {
         flown.push((mode, trial.run(&args.options(&layer.name, mode), |_| bar.inc(1))?));
@@ -153,7 +186,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             let clock = args.clock();
             let modes: Vec<Flown> =
                 flown.iter().zip(&scores).map(|((_, outcomes), score)| Flown { outcomes, score, clock }).collect();
-            let title = format!("overfly: {} flown without GPS", args.flight.display());
             output.write(&folder.join("report.html"), flown_page(&title, &mosaic, &modes).as_bytes())?;
         }
     }

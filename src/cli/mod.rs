@@ -21,12 +21,15 @@ mod number;
 mod plan;
 mod relative;
 mod serve;
+mod simulate;
 mod verify;
 mod viewpoint;
 
 use clap::{Parser, Subcommand};
 pub use exit::{Exit, Failure};
 pub use output::Output;
+use overfly::locate::candidates::default_layer;
+use overfly::store::{Layer, Reader};
 use std::process::ExitCode;
 
 /// What every command has in common.
@@ -77,7 +80,7 @@ enum Command {
     /// Score registration against truth.
     #[command(subcommand)]
     Evaluate(evaluate::Evaluate),
-    /// Replay a flight in a closed loop, in one coupling mode or all.
+    /// Replay a flight in a closed loop, in one coupling mode or all; or simulate thousands.
     Fly(Box<fly::Args>),
     /// Before the flight: which coupling mode, how fast, how long; and where along a route fixes can be had.
     Plan(Box<plan::Args>),
@@ -94,6 +97,14 @@ enum Command {
 /// As many threads as the machine runs at once.
 fn default_threads() -> std::num::NonZeroUsize {
     std::thread::available_parallelism().unwrap_or(std::num::NonZeroUsize::MIN)
+}
+
+/// The layer that is named, or the only one, or `ortho`.
+fn chosen_layer<'a>(store: &'a Reader, name: Option<&str>) -> Result<&'a Layer, Failure> {
+    Ok(match name {
+        Some(name) => store.layer(name)?,
+        None => default_layer(store)?,
+    })
 }
 
 /// Bad usage, with its code word; or the help or version that was asked for.

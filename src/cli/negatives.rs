@@ -2,9 +2,8 @@
 
 use super::evaluate::make_folder;
 use super::number::{positive, share};
-use super::{Exit, Failure, Output, default_threads};
+use super::{Exit, Failure, Output, chosen_layer, default_threads};
 use overfly::locate::Answer;
-use overfly::locate::candidates::default_layer;
 use overfly::report::calibration_svg;
 use overfly::store::Reader;
 use overfly::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial, write_negatives};
@@ -99,10 +98,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let flight = Flight::read(&args.flight)?;
     let foreign = args.foreign_flight.as_deref().map(Flight::read).transpose()?;
     let store = Reader::open(&args.db)?;
-    let layer = match &args.layer {
-        Some(name) => store.layer(name)?,
-        None => default_layer(&store)?,
-    };
+    let layer = chosen_layer(&store, args.layer.as_deref())?;
     let trial = NegativeTrial {
         layer: layer.name.clone(),
         trials: args.trials,

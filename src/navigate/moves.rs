@@ -33,8 +33,7 @@ impl Move {
         match self {
             Self::Registered { step, sensed } => {
                 at.advance(step)?;
-                at.sense(*sensed, sensors);
-                Ok(())
+                at.sense(*sensed, sensors)
             }
             Self::Led { by, sigma_m, sensed } => at.drift(*by, *sigma_m, *sensed, sensors),
         }

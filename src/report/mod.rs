@@ -13,6 +13,9 @@ mod plan_page;
 mod plan_plot;
 mod plot;
 mod relative_cost;
+mod simulated;
+mod simulated_failures;
+mod simulated_plots;
 
 pub use calibration::calibration_svg;
 pub use cost::cost_svg;
@@ -22,6 +25,8 @@ pub use mosaic::Mosaic;
 pub use plan_page::plan_html;
 pub use plan_plot::plan_svgs;
 pub use relative_cost::relative_cost_svgs;
+pub use simulated::simulated_page;
+pub use simulated_plots::simulated_svgs;
 
 use crate::pixels::Colour;
 use crate::trial::{FixOutcome, FixScore, Flight};

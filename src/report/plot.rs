@@ -9,7 +9,7 @@ use plotters::prelude::*;
 /// Becomes `currentColor`, so that the plot reads on light and on dark.
 pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
 pub(super) const RIGHT: RGBColor = RGBColor(22, 150, 136);
-const FALSE: RGBColor = RGBColor(220, 60, 50);
+pub(super) const FALSE: RGBColor = RGBColor(220, 60, 50);
 pub(super) const BOUND: RGBColor = RGBColor(214, 140, 30);
 
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;

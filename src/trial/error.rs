@@ -1,8 +1,10 @@
 //! Why a trial cannot be run.
 
 use crate::locate::LocateError;
+use crate::locate::candidates::CandidatesError;
 use crate::navigate::NavigateError;
 use crate::raster::{FrameError, ImageryError};
+use crate::store::StoreError;
 use std::path::PathBuf;
 
 /// Why a trial cannot be run. Lines are counted from 1, the header being line 1.
@@ -92,6 +94,20 @@ pub enum TrialError {
         /// What is wrong.
         reason: String,
     },
+    /// A simulation that says too little, too much, or what cannot be.
+    #[error("{path} does not describe a simulation: {reason}")]
+    NotASimulation {
+        /// Which file.
+        path: PathBuf,
+        /// Which variation and field, and what is wrong.
+        reason: String,
+    },
+    /// The store to simulate over cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Or has no layer by itself.
+    #[error(transparent)]
+    Candidates(#[from] CandidatesError),
     /// A frame cannot be decoded.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -160,6 +176,9 @@ impl TrialError {
             Self::MissingImage { .. } => "missing_image",
             Self::NoTruth { .. } => "no_truth",
             Self::NotACamera { .. } => "not_a_camera",
+            Self::NotASimulation { .. } => "not_a_simulation",
+            Self::Store(e) => e.code(),
+            Self::Candidates(e) => e.code(),
             Self::Frame(e) => e.code(),
             Self::Imagery(e) => e.code(),
             Self::NoPlace { .. } => "no_place_for_views",

@@ -1,12 +1,11 @@
 //! `FixScore`: what a set of fixes is worth against truth.
 
+use super::ellipse::{CHI_SQUARE_95, nees};
 use super::{FixOutcome, Spread};
 use crate::geodesy::Enu;
 use crate::locate::Answer;
 use serde::Serialize;
 
-/// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
-const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
 /// The 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_963_985;
 /// Of a trimmed mean.
@@ -116,12 +115,7 @@ impl FixOutcome {
     /// positive definite.
     pub fn nees(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
-        let [[ee, en], [_, nn]] = fix.covariance_m2;
-        let determinant = ee * nn - en * en;
-        let (e, n) = (error.east_m, error.north_m);
-        let is_definite = ee > 0.0 && determinant > 0.0;
-        let value = (nn * e * e - 2.0 * en * e * n + ee * n * n) / determinant;
-        Some(if is_definite { value } else { f64::INFINITY })
+        Some(nees(error, fix.covariance_m2))
     }
 
     /// Whether the truth lies in the fix's own 95 % ellipse; `None` without a fix. A covariance that is not positive

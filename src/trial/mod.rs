@@ -1,4 +1,5 @@
-//! Scoring against truth: absolute registration on flights, relative registration on pairs and flights.
+//! Scoring against truth: absolute registration on flights, relative registration on pairs and flights; and flights simulated by
+//! the thousand, to score what is predicted.
 //!
 //! Reads flight folders and pairs files, runs the same library calls that the commands run, and counts. Truth goes
 //! into the score and into the displaced prior, nowhere else.
@@ -7,6 +8,7 @@ mod calibration;
 mod camera_file;
 mod cost;
 mod drift_curve;
+mod ellipse;
 mod error;
 mod experiment;
 mod fix_score;
@@ -21,6 +23,7 @@ mod pairs;
 mod relative_cost;
 mod relative_laws;
 mod relative_sample;
+pub mod simulation;
 mod spread;
 mod strangers;
 mod table;

@@ -33,6 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "feature",
             "registration",
             "coupling",
+            "region",
             "store",
             "locate",
             "navigate",

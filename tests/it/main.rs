@@ -24,5 +24,6 @@ mod orthophotos;
 mod pictures;
 mod plan;
 mod reference;
+mod simulation;
 mod store;
 mod walk;

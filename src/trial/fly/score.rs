@@ -1,13 +1,11 @@
 //! `FlyScore`: what a replayed flight is worth against truth.
 
 use super::{FlightScale, FlyOutcome};
-use crate::geodesy::{Enu, LocalFrame};
+use crate::geodesy::LocalFrame;
 use crate::navigate::Mode;
 use crate::trial::Spread;
+use crate::trial::ellipse::{CHI_SQUARE_95, nees};
 use serde::Serialize;
-
-/// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
-const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
 
 /// The summary of `fly`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -86,10 +84,7 @@ impl FlyScore {
 }
 
 fn is_in_ellipse95(o: &FlyOutcome) -> bool {
-    let [[ee, en], [_, nn]] = o.position.covariance_m2;
-    let Enu { east_m: e, north_m: n } = o.error;
-    let determinant = ee * nn - en * en;
-    determinant > 0.0 && (nn * e * e - 2.0 * en * e * n + ee * n * n) / determinant <= CHI_SQUARE_95
+    nees(o.error, o.position.covariance_m2) <= CHI_SQUARE_95
 }
 
 /// Clear images between the last hidden one (or the start) and the first from which on every position is right.

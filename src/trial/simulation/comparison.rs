@@ -1,0 +1,109 @@
+//! `Comparison`: one predicted figure, what was simulated, and where that must lie if the prediction is true.
+
+use super::band::{count_band, nees_band};
+use serde::Serialize;
+
+/// The confidence of all comparisons of a command together.
+pub const CONFIDENCE: f64 = 0.95;
+/// What nothing is drawn for must agree to this share.
+const EXACTLY: f64 = 1e-6;
+
+/// One predicted figure and what was simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Which figure.
+    pub what: &'static str,
+    /// As predicted.
+    pub predicted: f64,
+    /// As it came out.
+    pub simulated: f64,
+    /// Where it comes out if the prediction is true, at the command's confidence shared out among its comparisons.
+    pub band: [f64; 2],
+    /// Whether it did.
+    pub inside: bool,
+}
+
+/// A predicted figure, and of what kind it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Claim {
+    pub what: &'static str,
+    pub predicted: f64,
+    pub simulated: f64,
+    pub kind: Kind,
+}
+
+/// How a figure scatters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A count of at most `trials` independent events, over `per`.
+    Count { trials: u64, per: f64 },
+    /// The mean of so many chi-square numbers of two degrees.
+    Nees { count: u64 },
+    /// Not at all.
+    Exact,
+}
+
+impl Claim {
+    /// The comparison at a confidence.
+    pub fn judged(&self, confidence: f64) -> Comparison {
+        let band = match self.kind {
+            Kind::Count { trials, per } => {
+                let rate = self.predicted * per / trials as f64;
+                count_band(trials, rate, confidence).map(|count| count as f64 / per)
+            }
+            Kind::Nees { count } => nees_band(count, confidence),
+            Kind::Exact => {
+                let slack = EXACTLY * self.predicted.abs();
+                [self.predicted - slack, self.predicted + slack]
+            }
+        };
+        // Written as it is so that no number at all is outside.
+        let inside = self.simulated >= band[0] && self.simulated <= band[1];
+        Comparison { what: self.what, predicted: self.predicted, simulated: self.simulated, band, inside }
+    }
+}
+
+/// All comparisons of a command: the last line of its summary.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Family {
+    /// Flights.
+    pub flights: u64,
+    /// Absolute registrations in them.
+    pub absolute_count: u64,
+    /// Comparisons.
+    pub comparisons: usize,
+    /// Of them, those inside their band.
+    pub inside: usize,
+    /// Chance, if every prediction is true, that all are inside, at least.
+    pub confidence: f64,
+    /// Confidence of each band, so that it is (Bonferroni).
+    pub confidence_each: f64,
+}
+
+/// The confidence of each of so many comparisons.
+pub fn confidence_each(comparisons: usize) -> f64 {
+    1.0 - (1.0 - CONFIDENCE) / comparisons.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_count_off_by_a_fifth_is_outside_and_no_number_too() {
+        let claim = |predicted, simulated| Claim {
+            what: "failures",
+            predicted,
+            simulated,
+            kind: Kind::Count { trials: 40_000, per: 1000.0 },
+        };
+        let judged = claim(2.0, 2.05).judged(0.95);
+        assert!(judged.inside && (1.9..1.93).contains(&judged.band[0]), "{judged:?}");
+        for predicted in [2.0 * 1.2, 2.0 * 0.8] {
+            assert!(!claim(predicted, 2.05).judged(confidence_each(100)).inside);
+        }
+        assert!(!claim(2.0, f64::NAN).judged(0.95).inside);
+        let exact = Claim { kind: Kind::Exact, ..claim(3.0, 3.0 + 1e-9) };
+        assert!(exact.judged(0.95).inside && !Claim { simulated: 3.1, ..exact }.judged(0.95).inside);
+    }
+}
