@@ -45,12 +45,13 @@ impl CellCache {
     }
 }
 
-/// Column, row and cells of every tile of one level that has any.
+/// Column, row and cells of every tile of one level that has any, by row and column.
 pub fn load(connection: &Connection, layer: &str, zoom: u8) -> rusqlite::Result<Vec<([u32; 2], Vec<u8>)>> {
     connection
         .prepare_cached(
             "SELECT f.zoom, f.tile_column, f.tile_row, c.cells FROM footprints f
-             JOIN overfly_cells c ON c.footprint = f.fid WHERE f.layer = ?1 AND f.zoom = ?2",
+             JOIN overfly_cells c ON c.footprint = f.fid WHERE f.layer = ?1 AND f.zoom = ?2
+             ORDER BY f.tile_row, f.tile_column",
         )?
         .query_map((layer, zoom), |row| {
             let tile = footprint::tile_at(row, 0)?;

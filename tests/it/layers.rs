@@ -22,6 +22,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("explain", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "store", "locate"]),
     ("navigate", &["geodesy", "pixels", "camera", "registration", "coupling", "store", "locate"]),
     ("plan", &["geodesy", "tile", "camera", "coupling", "region", "store"]),
+    ("package", &["geodesy", "tile", "coupling", "region", "store", "plan"]),
     (
         "trial",
         &[
