@@ -179,11 +179,6 @@ fn text(args: &Args, exported: &Exported) -> String {
         text.push_str(&format!("dropped {}: {}\n", dropped.what, dropped.effect));
     }
     let signed = exported.signed_by.as_ref().map_or("not signed".into(), |key| format!("signed by {key}"));
-    text.push_str(&format!(
-        "{}: {} bytes, digest {}, {signed}",
-        args.out.display(),
-        exported.bytes,
-        exported.digest
-    ));
+    text.push_str(&format!("{}: {} bytes, digest {}, {signed}", args.out.display(), exported.bytes, exported.digest));
     text
 }

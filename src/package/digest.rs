@@ -3,9 +3,7 @@
 //! BLAKE3 is a tree: a left subtree of 2^k bytes hashes apart from what is right of it. So pieces of 1 MiB are read and hashed
 //! by whoever is free, and joined. Nothing is mapped into memory: a file that shrinks meanwhile is an error and no signal.
 
-use blake3::hazmat::{
-    ChainingValue, HasherExt, Mode, left_subtree_len, merge_subtrees_non_root, merge_subtrees_root,
-};
+use blake3::hazmat::{ChainingValue, HasherExt, Mode, left_subtree_len, merge_subtrees_non_root, merge_subtrees_root};
 use blake3::{Hash, Hasher};
 use std::cell::RefCell;
 use std::fs::File;
@@ -59,8 +57,7 @@ impl Source<'_> {
 
     fn halves(&self, part: &Range<u64>) -> io::Result<(ChainingValue, ChainingValue)> {
         let middle = part.start + left_subtree_len(part.end - part.start);
-        let (left, right) =
-            rayon::join(|| self.subtree(&(part.start..middle)), || self.subtree(&(middle..part.end)));
+        let (left, right) = rayon::join(|| self.subtree(&(part.start..middle)), || self.subtree(&(middle..part.end)));
         Ok((left?, right?))
     }
 

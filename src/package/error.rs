@@ -45,7 +45,9 @@ pub enum PackageError {
         path: PathBuf,
     },
     /// It cannot be made small enough.
-    #[error("the export takes at least {least} bytes whatever is dropped, and {most} are allowed: narrow the corridor, shorten the route, or name fewer layers")]
+    #[error(
+        "the export takes at least {least} bytes whatever is dropped, and {most} are allowed: narrow the corridor, shorten the route, or name fewer layers"
+    )]
     TooLarge {
         /// With all dropped that may be.
         least: u64,

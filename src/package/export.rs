@@ -1,7 +1,7 @@
 //! `export`: cuts what one flight needs out of a store, seals it, and puts it in its place.
 
-use super::coverage::{Coverage, coverage};
 use super::corridor::Corridor;
+use super::coverage::{Coverage, coverage};
 use super::manifest::{ManifestLayer, ManifestRoute};
 use super::outlet::Outlet;
 use super::sealed_file::write_seal;
@@ -89,7 +89,9 @@ pub fn export(
     let mut dropped = Vec::new();
     let mut fit = Fit { most: request.max_bytes.unwrap_or(u64::MAX), least: u64::MAX };
     let manifest = loop {
-        if let Some(manifest) = write_if_small(store, request, &chosen, &dropped, &corridor, &outlet, &mut fit, progress)? {
+        if let Some(manifest) =
+            write_if_small(store, request, &chosen, &dropped, &corridor, &outlet, &mut fit, progress)?
+        {
             break manifest;
         }
         match shed(&mut chosen, store.layers()) {
@@ -129,10 +131,8 @@ fn write_if_small(
     fit: &mut Fit,
     progress: &dyn Fn(u64, u64),
 ) -> Result<Option<Manifest>, PackageError> {
-    let content: u64 = parts_of(store, chosen)?
-        .iter()
-        .map(|p| p.bytes.imagery + p.bytes.cells + p.bytes.descriptors)
-        .sum();
+    let content: u64 =
+        parts_of(store, chosen)?.iter().map(|p| p.bytes.imagery + p.bytes.cells + p.bytes.descriptors).sum();
     fit.least = fit.least.min(content);
     if content > fit.most {
         return Ok(None);

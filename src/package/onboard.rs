@@ -50,10 +50,7 @@ pub fn open_onboard(
 ///
 /// # Errors
 /// As [`open_onboard`].
-pub(super) fn proved_manifest(
-    store: &Reader,
-    required: Option<&PublicKey>,
-) -> Result<Option<Manifest>, PackageError> {
+pub(super) fn proved_manifest(store: &Reader, required: Option<&PublicKey>) -> Result<Option<Manifest>, PackageError> {
     let path = store.path();
     let altered = |reason: &str| PackageError::AlteredSeal { path: path.into(), reason: reason.into() };
     let (text, seal) = match (store.manifest(), read_seal(path)?) {
@@ -111,10 +108,8 @@ fn stated_cells(manifest: &Manifest, path: &Path) -> Result<HashMap<(String, u8)
     let mut stated = HashMap::new();
     for layer in &manifest.layers {
         for level in &layer.levels {
-            let digest = blake3::Hash::from_hex(&level.cells).map_err(|e| PackageError::AlteredManifest {
-                path: path.into(),
-                reason: e.to_string(),
-            })?;
+            let digest = blake3::Hash::from_hex(&level.cells)
+                .map_err(|e| PackageError::AlteredManifest { path: path.into(), reason: e.to_string() })?;
             stated.insert((layer.name.clone(), level.zoom), *digest.as_bytes());
         }
     }

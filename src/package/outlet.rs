@@ -32,7 +32,8 @@ impl Outlet {
         }
         let beside = with_suffix(place, "-new");
         loop {
-            let lock = File::options().create(true).truncate(false).write(true).read(true).open(&beside).map_err(fail)?;
+            let lock =
+                File::options().create(true).truncate(false).write(true).read(true).open(&beside).map_err(fail)?;
             match lock.try_lock() {
                 Err(TryLockError::WouldBlock) => return Err(PackageError::Occupied { path: place.into() }),
                 Err(TryLockError::Error(e)) => return Err(fail(e)),

@@ -1,9 +1,9 @@
 //! Reading and writing a file's seal.
 
+use super::PackageError;
 use super::digest::file_digest;
 use super::key::SecretKey;
 use super::seal::{HEADER_LEN, SEAL_LEN, Seal, place};
-use super::PackageError;
 use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;

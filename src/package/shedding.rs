@@ -54,7 +54,8 @@ fn shed_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     let part = parts.remove(oldest);
     Some(Dropped {
         what: format!("layer {} ({date})", part.name),
-        effect: "none on fixes over the other layers; ground that only this epoch still resembles is not recognised".into(),
+        effect: "none on fixes over the other layers; ground that only this epoch still resembles is not recognised"
+            .into(),
     })
 }
 
@@ -89,8 +90,12 @@ mod tests {
         };
         let mut parts: Vec<_> = layers.iter().map(part).collect();
         let told: Vec<String> = std::iter::from_fn(|| shed(&mut parts, &layers)).map(|d| d.what).collect();
-        let expected =
-            ["keypoint descriptors", "layer c (unknown date)", "layer b (imagery up to 2010-01-01)", "level 14 of layer a"];
+        let expected = [
+            "keypoint descriptors",
+            "layer c (unknown date)",
+            "layer b (imagery up to 2010-01-01)",
+            "level 14 of layer a",
+        ];
         assert_eq!(told, expected);
         assert_eq!((parts.len(), parts[0].base_zoom, parts[0].tiles.len()), (1, 13, 1));
     }

@@ -1,7 +1,7 @@
 //! What a build hands over of one tile.
 
-use super::imagery::{self, EncodedTile};
 use super::footprint::Footprint;
+use super::imagery::{self, EncodedTile};
 use super::source::Source;
 use super::{StoreError, digest};
 use crate::feature::cells_of;

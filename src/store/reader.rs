@@ -2,8 +2,8 @@
 
 use super::cells::CellCache;
 use super::connection::{self, Access};
-use super::footprint::{self, Footprint};
 use super::damage::{Damage, DamageLog};
+use super::footprint::{self, Footprint};
 use super::ground::Ground;
 use super::layer::{self, Layer};
 use super::source::{self, Declared, Source};

@@ -104,10 +104,7 @@ impl Reader {
     /// Where the layer is unfinished or the store damaged.
     pub fn sizes(&self, layer: &Layer, tiles: impl Iterator<Item = TileId>) -> Result<TileSizes, StoreError> {
         self.require_complete(layer)?;
-        let sql = format!(
-            "SELECT length(t.tile_data), length(d.descriptors), length(c.cells) {}",
-            tables(&layer.name)
-        );
+        let sql = format!("SELECT length(t.tile_data), length(d.descriptors), length(c.cells) {}", tables(&layer.name));
         let mut sizes = TileSizes::default();
         for tile in tiles {
             let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
@@ -177,11 +174,7 @@ impl Reader {
     }
 
     fn parts(&self, layer: &Layer, tile: TileId) -> Result<Option<Parts>, StoreError> {
-        let sql = format!(
-            "SELECT {}, t.tile_data, d.descriptors, c.cells {}",
-            footprint::COLUMNS,
-            tables(&layer.name)
-        );
+        let sql = format!("SELECT {}, t.tile_data, d.descriptors, c.cells {}", footprint::COLUMNS, tables(&layer.name));
         let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
         let read = |row: &Row<'_>| Ok((footprint::read(row)?, row.get(10)?, row.get(11)?, row.get(12)?));
         self.with(|c| c.prepare_cached(&sql)?.query_row(key, read).optional())

@@ -57,11 +57,7 @@ fn holds_coordinates(open: &[String]) -> bool {
 }
 
 /// An element begins: a line, or a point of one.
-fn begin(
-    element: &BytesStart<'_>,
-    format: &mut Option<Format>,
-    lines: &mut Vec<Vec<Geodetic>>,
-) -> Result<(), String> {
+fn begin(element: &BytesStart<'_>, format: &mut Option<Format>, lines: &mut Vec<Vec<Geodetic>>) -> Result<(), String> {
     let name = element.local_name();
     match (*format, name.as_ref()) {
         (None, "gpx") => *format = Some(Format::Gpx),
