@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 const HELP: &str = "\
 The route: lines of GeoJSON, GPX or KML. Lines that follow one another are legs; any other is an alternate. Taken are the tiles
-of all levels that meet the corridor, W metres on each side of the route, and what a search near its edge reads beyond. So a
+of all levels that meet the corridor, W metres on each side of the route, and those around them that a search reads beside. So a
 search whose ground lies inside answers as it would over the full store: W is at least the prior's error and half an image's
 diagonal, and a third of an image more. With --aircraft the corridor grows along the way by that, and by the drift of relative
 registrations without any fix since the start.
@@ -165,7 +165,8 @@ fn coverage_text(coverage: &[Coverage]) -> String {
 
 fn previewed(preview: &Preview) -> String {
     format!(
-        "{}{} bytes, and about 1 kB a tile for footprints and indexes; the corridor is up to {:.0} m wide on each side\n{}",
+        "{}{} bytes; footprints, indexes and pages filled in part come to it, about half a megabyte and 10 kB a tile\n\
+         the corridor is up to {:.0} m wide on each side\n{}",
         table(&preview.parts),
         preview.bytes,
         preview.widest_m,

@@ -31,7 +31,7 @@ pub struct Part {
 pub struct Preview {
     /// By layer and level.
     pub parts: Vec<Part>,
-    /// Bytes of all these; footprints and indexes come to it, about 1 kB a tile.
+    /// Bytes of all these; footprints, indexes and pages filled in part come to it.
     pub bytes: u64,
     /// What the map shows of the corridor, by layer.
     pub coverage: Vec<Coverage>,
@@ -113,7 +113,7 @@ pub fn export(
     })
 }
 
-/// The bytes allowed, and the fewest seen so far.
+/// The bytes allowed, and those of the last try, which is the smallest.
 struct Fit {
     most: u64,
     least: u64,
@@ -133,7 +133,7 @@ fn write_if_small(
 ) -> Result<Option<Manifest>, PackageError> {
     let content: u64 =
         parts_of(store, chosen)?.iter().map(|p| p.bytes.imagery + p.bytes.cells + p.bytes.descriptors).sum();
-    fit.least = fit.least.min(content);
+    fit.least = content;
     if content > fit.most {
         return Ok(None);
     }
@@ -150,7 +150,7 @@ fn write_if_small(
     let manifest = manifest_of(&extract, store, request, dropped, corridor)?;
     extract.finish(outlet.beside(), &manifest.to_text(), SEAL_LEN as u8)?;
     let bytes = std::fs::metadata(outlet.beside()).map_err(|e| PackageError::io(outlet.beside(), e))?.len();
-    fit.least = if dropped.is_empty() || bytes < fit.least { bytes } else { fit.least.max(content) };
+    fit.least = bytes;
     Ok((bytes <= fit.most).then_some(manifest))
 }
 

@@ -6,13 +6,13 @@ use crate::store::{Layer, LayerPart, Reader};
 use crate::tile::TileId;
 use std::collections::BTreeSet;
 
-/// Pixels of each level that a search reads past the ground it compares: the border of structure (3), the radius within which
-/// windows are matched (8), rims and rounding; and a few of its neighbours.
-const MARGIN_PX: f64 = 64.0;
-/// Levels coarser than the coarsest stored are made of it on the spot, up to this many times as coarse.
-const DERIVED: f64 = 16.0;
+/// Pixels of a level that a search reads past the ground it compares: where a place's standing is weighed (30, more than the
+/// 8 of windows and the rims), and rounding.
+const MARGIN_PX: f64 = 40.0;
 
-/// The tiles of one level that meet the corridor widened by what a search near its edge reads, by row and column.
+/// The tiles of one level that a search within the corridor reads, by row and column: those that meet it, widened by what is
+/// read past it; and the eight around each, for a tile is described with its neighbours' edges. Of the coarsest level all:
+/// still coarser ones are made of it on the spot, whole tiles at a time, and it is small.
 ///
 /// # Errors
 /// Where the store cannot be read or the route leaves the tile matrix.
@@ -22,16 +22,31 @@ pub fn tiles_of_level(
     zoom: u8,
     corridor: &Corridor,
 ) -> Result<BTreeSet<TileId>, PackageError> {
-    let margin_px = if zoom == layer.min_zoom { MARGIN_PX * DERIVED } else { MARGIN_PX };
     let mut met = BTreeSet::new();
-    for region in corridor.regions(zoom, margin_px)? {
+    for region in corridor.regions(zoom, MARGIN_PX)? {
         for footprint in store.footprints_in(layer, zoom, &region.mercator_bounds())? {
             if !met.contains(&footprint.tile) && region.meets(&footprint.tile.mercator_bounds()) {
                 met.insert(footprint.tile);
             }
         }
     }
-    Ok(met)
+    let mut taken = BTreeSet::new();
+    for tile in met.iter().flat_map(|tile| around(*tile)) {
+        if met.contains(&tile) || (!taken.contains(&tile) && store.footprint(layer, tile)?.is_some()) {
+            taken.insert(tile);
+        }
+    }
+    Ok(taken)
+}
+
+/// A tile and the eight around it, across the antimeridian but not beyond the poles.
+fn around(tile: TileId) -> impl Iterator<Item = TileId> {
+    let matrix = 1i64 << tile.zoom();
+    (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(move |(dx, dy)| {
+        let column = (i64::from(tile.column()) + dx).rem_euclid(matrix);
+        let row = u32::try_from(i64::from(tile.row()) + dy).ok()?;
+        TileId::new(tile.zoom(), column as u32, row).ok()
+    })
 }
 
 /// What a request takes of every layer that it means, by name. A layer that does not meet the corridor is left out.
@@ -53,9 +68,10 @@ pub fn select(store: &Reader, request: &ExportRequest, corridor: &Corridor) -> R
             continue;
         }
         let mut tiles = base;
-        for zoom in layer.min_zoom..layer.base_zoom {
+        for zoom in layer.min_zoom + 1..layer.base_zoom {
             tiles.extend(tiles_of_level(store, layer, zoom, corridor)?);
         }
+        tiles.extend(store.footprints(layer, layer.min_zoom)?.iter().map(|f| f.tile));
         parts.push(LayerPart {
             name: layer.name.clone(),
             base_zoom: layer.base_zoom,

@@ -88,7 +88,15 @@ pub fn verify_package(
         problems.extend(freshness(path, reader.layers(), Some(manifest), &[], how.today).err());
     }
     let tile_by_tile = !intact || how.every_tile;
-    let mut store = if tile_by_tile { verify(path, &|a, b| progress(a, b))? } else { footprints_only(&reader, path) };
+    let mut store = if tile_by_tile {
+        match verify(path, &|a, b| progress(a, b)) {
+            Ok(found) => found,
+            Err(error) if seal.is_some() && !intact => return Ok(unopened(error, file, bytes)),
+            Err(error) => return Err(error.into()),
+        }
+    } else {
+        footprints_only(&reader, path)
+    };
     drop(reader);
     let mut told: Vec<Problem> = problems.iter().map(problem).collect();
     if file.as_ref().is_some_and(|(_, right)| !right) {
