@@ -28,7 +28,7 @@ pub fn file_digest(path: &Path, hole: Range<u64>, progress: &(dyn Fn(u64) + Sync
     let whole = 0..file.metadata()?.len();
     let source = Source { file: &file, hole, progress };
     let hash = if whole.end <= PIECE {
-        source.piece(&whole, |bytes| blake3::hash(bytes))?
+        source.piece(&whole, blake3::hash)?
     } else {
         let (left, right) = source.halves(&whole)?;
         merge_subtrees_root(&left, &right, Mode::Hash)

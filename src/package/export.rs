@@ -26,6 +26,12 @@ pub struct Part {
     pub bytes: TileSizes,
 }
 
+impl Part {
+    fn content(&self) -> u64 {
+        self.bytes.imagery + self.bytes.descriptors + self.bytes.cells
+    }
+}
+
 /// What an export would take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Preview {
@@ -66,7 +72,7 @@ pub fn preview(store: &Reader, request: &ExportRequest) -> Result<Preview, Packa
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let chosen = select(store, request, &corridor)?;
     let parts = parts_of(store, &chosen)?;
-    let bytes = parts.iter().map(|p| p.bytes.imagery + p.bytes.descriptors + p.bytes.cells).sum();
+    let bytes = parts.iter().map(Part::content).sum();
     Ok(Preview { parts, bytes, coverage: coverages(store, request, &chosen)?, widest_m: corridor.widest_m() })
 }
 
@@ -86,21 +92,10 @@ pub fn export(
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let mut chosen = select(store, request, &corridor)?;
     let outlet = Outlet::at(out)?;
-    let mut dropped = Vec::new();
-    let mut fit = Fit { most: request.max_bytes.unwrap_or(u64::MAX), least: u64::MAX };
-    let manifest = loop {
-        if let Some(manifest) =
-            write_if_small(store, request, &chosen, &dropped, &corridor, &outlet, &mut fit, progress)?
-        {
-            break manifest;
-        }
-        match shed(&mut chosen, store.layers()) {
-            Some(one) => dropped.push(one),
-            None => return Err(PackageError::TooLarge { least: fit.least, most: fit.most }),
-        }
-    };
+    let writing = Writing { store, request, corridor: &corridor, outlet: &outlet, progress };
+    let (manifest, dropped) = writing.fitted(&mut chosen)?;
     let seal = write_seal(outlet.beside(), &manifest.to_text(), request.key.as_ref())?;
-    let bytes = std::fs::metadata(outlet.beside()).map_err(|e| PackageError::io(out, e))?.len();
+    let bytes = size_of(outlet.beside())?;
     outlet.publish()?;
     Ok(Exported {
         parts: parts_of(store, &chosen)?,
@@ -113,45 +108,54 @@ pub fn export(
     })
 }
 
-/// The bytes allowed, and those of the last try, which is the smallest.
-struct Fit {
-    most: u64,
-    least: u64,
+/// One export under way.
+struct Writing<'a> {
+    store: &'a Reader,
+    request: &'a ExportRequest,
+    corridor: &'a Corridor,
+    outlet: &'a Outlet,
+    progress: &'a dyn Fn(u64, u64),
 }
 
-/// Writes the parts, unsealed; `None` where they take more bytes than allowed.
-#[allow(clippy::too_many_arguments)]
-fn write_if_small(
-    store: &Reader,
-    request: &ExportRequest,
-    chosen: &[LayerPart],
-    dropped: &[Dropped],
-    corridor: &Corridor,
-    outlet: &Outlet,
-    fit: &mut Fit,
-    progress: &dyn Fn(u64, u64),
-) -> Result<Option<Manifest>, PackageError> {
-    let content: u64 =
-        parts_of(store, chosen)?.iter().map(|p| p.bytes.imagery + p.bytes.cells + p.bytes.descriptors).sum();
-    fit.least = content;
-    if content > fit.most {
-        return Ok(None);
+impl Writing<'_> {
+    /// Writes the parts, unsealed, and drops of them until they take no more bytes than allowed.
+    fn fitted(&self, chosen: &mut Vec<LayerPart>) -> Result<(Manifest, Vec<Dropped>), PackageError> {
+        let most = self.request.max_bytes.unwrap_or(u64::MAX);
+        let mut dropped = Vec::new();
+        loop {
+            let content: u64 = parts_of(self.store, chosen)?.iter().map(Part::content).sum();
+            let mut least = content;
+            if content <= most {
+                let manifest = self.write(chosen, &dropped)?;
+                least = size_of(self.outlet.beside())?;
+                if least <= most {
+                    return Ok((manifest, dropped));
+                }
+            }
+            let one = shed(chosen, self.store.layers());
+            dropped.push(one.ok_or(PackageError::TooLarge { least, most })?);
+        }
     }
-    outlet.clear()?;
-    let mut extract = Extract::begin(&outlet.draft(), store.descriptor_contract())?;
-    let total = chosen.iter().map(|p| p.tiles.len() as u64).sum();
-    let mut done = 0;
-    for part in chosen {
-        extract.copy(store, part, || {
-            done += 1;
-            progress(done, total);
-        })?;
+
+    fn write(&self, chosen: &[LayerPart], dropped: &[Dropped]) -> Result<Manifest, PackageError> {
+        self.outlet.clear()?;
+        let mut extract = Extract::begin(&self.outlet.draft(), self.store.descriptor_contract())?;
+        let total = chosen.iter().map(|p| p.tiles.len() as u64).sum();
+        let mut done = 0;
+        for part in chosen {
+            extract.copy(self.store, part, || {
+                done += 1;
+                (self.progress)(done, total);
+            })?;
+        }
+        let manifest = manifest_of(&extract, self.store, self.request, dropped, self.corridor)?;
+        extract.finish(self.outlet.beside(), &manifest.to_text(), SEAL_LEN as u8)?;
+        Ok(manifest)
     }
-    let manifest = manifest_of(&extract, store, request, dropped, corridor)?;
-    extract.finish(outlet.beside(), &manifest.to_text(), SEAL_LEN as u8)?;
-    let bytes = std::fs::metadata(outlet.beside()).map_err(|e| PackageError::io(outlet.beside(), e))?.len();
-    fit.least = bytes;
-    Ok((bytes <= fit.most).then_some(manifest))
+}
+
+fn size_of(path: &Path) -> Result<u64, PackageError> {
+    Ok(std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?.len())
 }
 
 fn manifest_of(

@@ -1,6 +1,7 @@
 //! What is hashed, and how: tiles, layers, the whole store. Never paths, page layout, row order or time of build.
 
 use super::Source;
+use super::cells::TileCells;
 use super::footprint::{self, Footprint};
 use blake3::Hasher;
 use rusqlite::Connection;
@@ -90,7 +91,7 @@ pub(super) fn footprints_digest<'a>(footprints: impl Iterator<Item = &'a Footpri
 }
 
 /// The digest of the cells of one level, given by row and column: column, row and cells of each tile that has any.
-pub(super) fn cells_digest(cells: &[([u32; 2], Vec<u8>)]) -> [u8; 32] {
+pub(super) fn cells_digest(cells: &[TileCells]) -> [u8; 32] {
     let mut hasher = Hasher::new_derive_key("overfly level cells 1");
     for ([column, row], blob) in cells {
         hasher.update(&row.to_le_bytes());

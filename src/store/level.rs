@@ -1,5 +1,6 @@
 //! `LevelDigests`: what one level of a layer hashes to, so that it verifies alone.
 
+use super::cells::TileCells;
 use super::digest;
 use super::footprint::Footprint;
 use serde::{Deserialize, Serialize};
@@ -20,7 +21,7 @@ pub struct LevelDigests {
 
 impl LevelDigests {
     /// Of footprints and cells of one level, each by row and column.
-    pub(super) fn of(zoom: u8, footprints: &[Footprint], cells: &[([u32; 2], Vec<u8>)]) -> Self {
+    pub(super) fn of(zoom: u8, footprints: &[Footprint], cells: &[TileCells]) -> Self {
         Self {
             zoom,
             tiles: footprints.len() as u64,

@@ -1,5 +1,6 @@
 //! What a reader gives of one tile: nothing whose content hash was not proved.
 
+use super::cells::TileCells;
 use super::footprint::{self, Footprint};
 use super::imagery::{self, EncodedTile};
 use super::level::LevelDigests;
@@ -141,7 +142,7 @@ impl Reader {
 
     /// The cells of a level as they stand in their table, where they have the stated digest; else those of the tiles whose
     /// content hash is right, one by one.
-    fn proved_cells(&self, layer: &Layer, zoom: u8) -> Result<Vec<([u32; 2], Vec<u8>)>, StoreError> {
+    fn proved_cells(&self, layer: &Layer, zoom: u8) -> Result<Vec<TileCells>, StoreError> {
         let read = self.with(|c| cells::load(c, &layer.name, zoom));
         let Some(stated) = self.stated_cells.get(&(layer.name.clone(), zoom)) else { return read };
         if let Ok(cells) = read
