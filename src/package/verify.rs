@@ -4,7 +4,7 @@ use super::freshness::freshness;
 use super::onboard::{agrees, proved_manifest};
 use super::sealed_file::read_seal;
 use super::{Date, PackageError, PublicKey, file_digest};
-use crate::store::{Reader, Verification, hex, verify};
+use crate::store::{Reader, StoreError, Verification, hex, verify};
 use serde::Serialize;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -63,59 +63,79 @@ pub fn verify_package(
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<PackageVerification, PackageError> {
     let opened = Reader::open(path);
-    let bytes = std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?.len();
-    let mut problems: Vec<PackageError> = Vec::new();
-    let seal = read_seal(path)?;
-    let file = match &seal {
-        Some((seal, hole)) => {
-            let done = AtomicU64::new(0);
-            let tell = |n: u64| progress(done.fetch_add(n, Ordering::Relaxed) + n, bytes);
-            let found = file_digest(path, hole.clone(), &tell).map_err(|e| PackageError::io(path, e))?;
-            Some((found, found == seal.file))
-        }
-        None => None,
-    };
-    let intact = file.as_ref().is_some_and(|(_, right)| *right);
+    let whole = Whole::of(path, progress)?;
     let reader = match opened {
         Ok(reader) => reader,
-        // A sealed file that cannot be opened is one that fails; another is no store.
-        Err(error) if seal.is_some() && !intact => return Ok(unopened(error, file, bytes)),
-        Err(error) => return Err(error.into()),
+        Err(error) => return whole.unopened(error),
     };
+    let mut problems: Vec<PackageError> = Vec::new();
     let manifest = proved_manifest(&reader, how.key).map_err(|e| problems.push(e)).ok().flatten();
     if let Some(manifest) = &manifest {
         problems.extend(agrees(&reader, manifest).err());
         problems.extend(freshness(path, reader.layers(), Some(manifest), &[], how.today).err());
     }
-    let tile_by_tile = !intact || how.every_tile;
-    let mut store = if tile_by_tile {
-        match verify(path, &|a, b| progress(a, b)) {
-            Ok(found) => found,
-            Err(error) if seal.is_some() && !intact => return Ok(unopened(error, file, bytes)),
-            Err(error) => return Err(error.into()),
-        }
-    } else {
-        footprints_only(&reader, path)
-    };
-    drop(reader);
     let mut told: Vec<Problem> = problems.iter().map(problem).collect();
-    if file.as_ref().is_some_and(|(_, right)| !right) {
-        let message = "the file does not have the digest that its seal states".to_owned();
-        told.push(Problem { code: "damaged_store", message });
-    }
+    told.extend(whole.problem());
+    let tile_by_tile = !whole.is_intact() || how.every_tile;
+    let checked = if tile_by_tile { verify(path, &|a, b| progress(a, b)) } else { Ok(footprints_only(&reader, path)) };
+    let mut store = match checked {
+        Ok(store) => store,
+        Err(error) => return whole.unopened(error),
+    };
     let code = told.first().map(|p| p.code).or((!store.ok).then_some("damaged_store"));
     store.problems.splice(0..0, told.into_iter().map(|p| p.message));
     store.ok = code.is_none();
-    Ok(PackageVerification {
-        store,
-        code,
-        sealed: seal.is_some(),
-        file_digest: file.map(|(digest, _)| hex(&digest)),
-        signed_by: manifest.as_ref().and_then(|m| m.signed_by.clone()),
-        valid_until: manifest.and_then(|m| m.valid_until),
-        tile_by_tile,
-        bytes,
-    })
+    let (signed_by, valid_until) = manifest.map_or((None, None), |m| (m.signed_by, m.valid_until));
+    Ok(PackageVerification { signed_by, valid_until, tile_by_tile, ..whole.verification(store, code) })
+}
+
+/// The whole file as bytes.
+struct Whole {
+    bytes: u64,
+    /// Of a sealed file: its digest, and whether that is what the seal states.
+    digest: Option<([u8; 32], bool)>,
+}
+
+impl Whole {
+    fn of(path: &Path, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Self, PackageError> {
+        let fail = |e| PackageError::io(path, e);
+        let bytes = std::fs::metadata(path).map_err(fail)?.len();
+        let Some((seal, hole)) = read_seal(path)? else { return Ok(Self { bytes, digest: None }) };
+        let done = AtomicU64::new(0);
+        let tell = |n: u64| progress(done.fetch_add(n, Ordering::Relaxed) + n, bytes);
+        let found = file_digest(path, hole, &tell).map_err(fail)?;
+        Ok(Self { bytes, digest: Some((found, found == seal.file)) })
+    }
+
+    fn is_intact(&self) -> bool {
+        self.digest.is_some_and(|(_, right)| right)
+    }
+
+    fn problem(&self) -> Option<Problem> {
+        let message = "the file does not have the digest that its seal states".to_owned();
+        self.digest.is_some_and(|(_, right)| !right).then_some(Problem { code: "damaged_store", message })
+    }
+
+    fn verification(&self, store: Verification, code: Option<&'static str>) -> PackageVerification {
+        PackageVerification {
+            store,
+            code,
+            sealed: self.digest.is_some(),
+            file_digest: self.digest.map(|(digest, _)| hex(&digest)),
+            signed_by: None,
+            valid_until: None,
+            tile_by_tile: false,
+            bytes: self.bytes,
+        }
+    }
+
+    /// A sealed file that is not what was sealed is a store that is not good; another that cannot be opened is no store.
+    fn unopened(&self, error: StoreError) -> Result<PackageVerification, PackageError> {
+        let Some(problem) = self.problem() else { return Err(error.into()) };
+        let problems = vec![problem.message, error.to_string()];
+        let store = Verification { ok: false, digest: String::new(), tiles: 0, bad_tiles: Vec::new(), problems };
+        Ok(self.verification(store, Some(problem.code)))
+    }
 }
 
 fn problem(error: &PackageError) -> Problem {
@@ -129,19 +149,4 @@ fn footprints_only(reader: &Reader, path: &Path) -> Verification {
     let problems: Vec<String> = proved.err().map(|e| e.to_string()).into_iter().collect();
     let (ok, digest) = (problems.is_empty(), reader.digest().to_owned());
     Verification { ok, digest, tiles, bad_tiles: Vec::new(), problems }
-}
-
-fn unopened(error: crate::store::StoreError, file: Option<([u8; 32], bool)>, bytes: u64) -> PackageVerification {
-    let problems = vec!["the file does not have the digest that its seal states".into(), error.to_string()];
-    let store = Verification { ok: false, digest: String::new(), tiles: 0, bad_tiles: Vec::new(), problems };
-    PackageVerification {
-        store,
-        code: Some("damaged_store"),
-        sealed: true,
-        file_digest: file.map(|(digest, _)| hex(&digest)),
-        signed_by: None,
-        valid_until: None,
-        tile_by_tile: false,
-        bytes,
-    }
 }
