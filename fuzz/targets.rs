@@ -5,6 +5,7 @@
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use overfly::feature::keypoint::from_blob;
+use overfly::package::{Date, Manifest, PublicKey, SEAL_LEN, Seal, SecretKey, StalePolicy};
 use overfly::plan::Route;
 use overfly::raster::{FrameBounds, OpenOptions, Orthophoto, decode_frame_within};
 use overfly::server::{Limits, Service, ServiceState, router};
@@ -14,12 +15,13 @@ use std::path::{Path, PathBuf};
 use tower::ServiceExt as _;
 
 /// Name and body of every target.
-pub const TARGETS: [(&str, fn(&[u8])); 6] = [
+pub const TARGETS: [(&str, fn(&[u8])); 7] = [
     ("geotiff", geotiff),
     ("side_files", side_files),
     ("frame", frame),
     ("blobs", blobs),
     ("route", route),
+    ("package", package),
     ("http", http),
 ];
 
@@ -78,12 +80,25 @@ pub fn blobs(data: &[u8]) {
     let _ = decode(data);
 }
 
-/// A route file.
+/// A route file: GeoJSON, GPX or KML.
 pub fn route(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
-    if let Ok(route) = Route::from_geojson(text) {
+    for route in Route::all_from_text(text).unwrap_or_default() {
         let _ = route.every(route.length_m() / 10.0);
     }
+}
+
+/// What an exported store says of itself, its seal, keys, and what a user states of age.
+pub fn package(data: &[u8]) {
+    if let Some(seal) = data.get(..SEAL_LEN).and_then(|b| b.try_into().ok()).and_then(Seal::from_bytes) {
+        assert_eq!(seal.to_bytes(), data[..SEAL_LEN]);
+    }
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    if let Ok(manifest) = Manifest::from_text(text) {
+        assert_eq!(manifest.to_text(), text);
+    }
+    let _ = (PublicKey::from_pem(text), SecretKey::from_pem(text), PublicKey::from_hex(text));
+    let _ = (text.parse::<StalePolicy>(), text.parse::<Date>(), Date::of_acquired(text));
 }
 
 /// A request to the onboard service, first line the path with its query, the rest a fix's request; over a store of one tile.

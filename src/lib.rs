@@ -11,6 +11,7 @@ pub mod feature;
 pub mod geodesy;
 pub mod locate;
 pub mod navigate;
+pub mod package;
 pub mod pixels;
 pub mod plan;
 pub mod raster;

@@ -2,6 +2,7 @@
 
 use overfly::locate::LocateError;
 use overfly::locate::candidates::CandidatesError;
+use overfly::package::PackageError;
 use overfly::plan::PlanError;
 use overfly::raster::FrameError;
 use overfly::store::StoreError;
@@ -85,6 +86,19 @@ impl From<PlanError> for Failure {
         match error {
             PlanError::Store(error) => error.into(),
             error => Self::unusable(error.code(), error),
+        }
+    }
+}
+
+impl From<PackageError> for Failure {
+    fn from(error: PackageError) -> Self {
+        match error {
+            PackageError::Store(error) => error.into(),
+            PackageError::Plan(error) => error.into(),
+            error => {
+                let code = error.code();
+                if error.is_unusable_input() { Self::unusable(code, error) } else { Self::failed(code, error) }
+            }
         }
     }
 }

@@ -12,9 +12,11 @@ mod demo;
 mod evaluate;
 mod evaluate_motions;
 mod experiment;
+mod export;
 mod fix;
 mod fly;
 mod info;
+mod keygen;
 mod motion;
 mod negatives;
 mod number;
@@ -34,7 +36,7 @@ use std::process::ExitCode;
 
 /// What every command has in common.
 const HELP: &str = "\
-Before the flight: build, verify, evaluate, calibrate, experiment, plan. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
+Before the flight: build, verify, evaluate, calibrate, experiment, plan, export. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
 
   overfly demo                                       all of it, on the project's own tiles
   overfly build --db map.gpkg ORTHOPHOTOS            a store from files or folders
@@ -69,7 +71,7 @@ enum Command {
     Build(build::Args),
     /// Say what is in a store.
     Info(info::Args),
-    /// Check every hash, the digest, and the SQLite and GeoPackage rules.
+    /// Check every hash, the digests, the signature, and the SQLite and GeoPackage rules.
     Verify(verify::Args),
     /// List the tiles to search for a position and its uncertainty.
     Candidates(candidates::Args),
@@ -88,6 +90,10 @@ enum Command {
     Calibrate(calibrate::Args),
     /// Repeat the paper's experiment on relative registration: its figures 12 to 15, here and as printed.
     Experiment(experiment::Args),
+    /// Cut out what one flight needs, for the aircraft's storage.
+    Export(Box<export::Args>),
+    /// Make a pair of keys to sign exported stores with.
+    Keygen(keygen::Args),
     /// Serve a store over HTTP.
     Serve(serve::Args),
     /// Print a shell completion script.
@@ -142,6 +148,8 @@ pub fn run() -> ExitCode {
         Command::Plan(args) => plan::run(args, &output),
         Command::Calibrate(args) => calibrate::run(args, &output),
         Command::Experiment(args) => experiment::run(args, &output),
+        Command::Export(args) => export::run(args, &output),
+        Command::Keygen(args) => keygen::run(args, &output),
         Command::Serve(args) => serve::run(args, &output),
         Command::Completions(args) => completions::run(args, &output),
     };

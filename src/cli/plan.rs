@@ -24,7 +24,7 @@ camera is a camera.toml beside the file. Optional: map_gsd_m_per_px, inaccuracy_
 matched_count, unit_drift_m (D_U), height_error_ratio (adds its share of every displacement to D_U), drift_growth (linear or
 square_root), failure_probability (p), without_fix_s (since the last fix, at the start), parallel_registrations (true).
 
-Along a route (a GeoJSON LineString, taken in steps of one image) a fix is expected where map, keypoints and distinctiveness
+Along a route (one line of GeoJSON, GPX or KML, taken in steps of one image) a fix is expected where map, keypoints and distinctiveness
 reach their thresholds. Drift in the gaps is that of relative registrations; over water or cloud these fail as well.
 
 Examples:
@@ -47,7 +47,7 @@ pub struct Args {
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME", requires = "db")]
     layer: Option<String>,
-    /// The route: a GeoJSON LineString.
+    /// The route: one line of GeoJSON, GPX or KML.
     #[arg(long, value_name = "FILE", requires = "db")]
     route: Option<PathBuf>,
     /// A fix is expected where the map shows at least this share of the image.

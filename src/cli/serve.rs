@@ -1,7 +1,9 @@
 //! `overfly serve`: the HTTP service.
 
+use super::verify::today;
 use super::{Exit, Failure, Output};
 use anyhow::Context;
+use overfly::package::{PublicKey, StalePolicy, open_onboard};
 use overfly::server::{Limits, Listen, Service, ServiceState, serve};
 use overfly::store::Reader;
 use std::io::IsTerminal;
@@ -13,7 +15,12 @@ logged on standard error (error, warn, info, debug; info by default).
 
 Examples:
   overfly serve --db map.gpkg
-  overfly serve --db map.gpkg --onboard --listen unix:/run/overfly.sock";
+  overfly serve --db map.gpkg --onboard --listen unix:/run/overfly.sock
+  overfly serve --db flight.gpkg --onboard --require-signature ground.key.pub --stale-after-days 730=warn
+
+Onboard, an exported store's seal, manifest and signature and every footprint are proved before the service starts, a store past
+its last day is refused, and each tile's hash is proved when it is read: a damaged one is neither served nor matched, and
+/healthz says so. Age is judged at the start alone: nothing is taken away in flight.";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -28,6 +35,13 @@ pub struct Args {
     /// As on the aircraft: the store is opened immutable and read-only, no route writes.
     #[arg(long)]
     onboard: bool,
+    /// Serve only a store that is signed by this public key (see `overfly keygen`, `overfly export --sign`).
+    #[arg(long, value_name = "PUB", requires = "onboard")]
+    require_signature: Option<PathBuf>,
+    /// What to do with a layer whose oldest imagery is older than so many days: `730=warn`, `730=refuse`, or of one layer
+    /// `y2012:3650=refuse`. May be given again. Unknown dates are older than any.
+    #[arg(long, value_name = "[LAYER:]DAYS=ACTION", requires = "onboard")]
+    stale_after_days: Vec<StalePolicy>,
     /// Megabytes for indexes held in memory; what does not fit is answered from the file.
     #[arg(long, default_value_t = 256, value_name = "MB")]
     memory: u64,
@@ -37,20 +51,23 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let listen: Listen =
         args.listen.parse().map_err(|e: overfly::server::ListenError| Failure::unusable(e.code(), e))?;
-    let (service, opened) = if args.onboard {
-        (Service::Onboard, Reader::open_onboard(&args.db))
-    } else {
-        (Service::Preflight, Reader::open(&args.db))
-    };
-    let store = opened?;
+    let key = args.require_signature.as_deref().map(PublicKey::read).transpose()?;
     log();
+    let (service, store, warnings) = if args.onboard {
+        let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today())?;
+        let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
+        warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+        (Service::Onboard, opened.store, warnings)
+    } else {
+        (Service::Preflight, Reader::open(&args.db)?, Vec::new())
+    };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .context("cannot start the threads of the service")
         .map_err(|e| Failure::failed("threads", e))?;
     let limits = Limits { index_bytes: args.memory.saturating_mul(1_000_000), ..Limits::default() };
-    let state = ServiceState::new(store, service, limits);
+    let state = ServiceState::new(store, service, limits).with_warnings(warnings);
     let outcome = runtime.block_on(async {
         let stop = stop_signal().map_err(|e| Failure::failed("signals", e))?;
         let started = |at: &Listen| {

@@ -33,7 +33,7 @@ pub enum PlanError {
         reason: String,
     },
     /// Not a route.
-    #[error("{path} is no route: {reason}; it needs a GeoJSON LineString of WGS84 degrees, longitude first")]
+    #[error("{path} is no route: {reason}; it needs GeoJSON lines, GPX or KML, in WGS84 degrees")]
     NotARoute {
         /// Which file.
         path: PathBuf,

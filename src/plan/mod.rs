@@ -12,5 +12,5 @@ pub use aircraft::{Aircraft, read_aircraft, read_calibration};
 pub use error::PlanError;
 pub use forecast::{Advice, CombinedForecast, Forecast, Mode, ParallelForecast, SequentialForecast};
 pub use matchability::{Gap, RouteForecast, RouteStep, Thresholds, route_csv, route_geojson};
-pub use route::{Route, RoutePoint, read_route};
+pub use route::{Route, RoutePoint, read_route, read_routes};
 pub use sensitivity::{FACTORS, Sensitivity, sensitivity};

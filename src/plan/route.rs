@@ -1,8 +1,10 @@
-//! `Route`: a GeoJSON LineString, and points along it.
+//! `Route`: a line over the ground, read from GeoJSON, GPX or KML, and points along it.
+
+mod geojson;
+mod xml;
 
 use super::PlanError;
 use crate::geodesy::{Geodesic, Geodetic, destination, geodesic_between};
-use serde_json::Value;
 use std::path::Path;
 
 /// A line over the ground: at least two positions that are not all one. Between them it follows geodesics.
@@ -25,34 +27,87 @@ pub struct RoutePoint {
 /// The most points that a route is looked at in.
 const MOST_POINTS: f64 = 200_000.0;
 
-/// A route file: a LineString, a Feature of one, or a FeatureCollection with one such Feature.
+/// The largest route file, bytes.
+const MOST_BYTES: u64 = 64 << 20;
+/// Legs whose ends are nearer than this are one after the other, metres.
+const JOINED_M: f64 = 1.0;
+
+/// The one route of a file; see [`read_routes`].
+///
+/// # Errors
+/// As [`read_routes`], and where there are several.
+pub fn read_route(path: &Path) -> Result<Route, PlanError> {
+    let mut routes = read_routes(path)?;
+    match (routes.pop(), routes.len()) {
+        (Some(route), 0) => Ok(route),
+        (_, others) => {
+            let reason = format!("{} lines that do not follow one another, and one is needed", others + 1);
+            Err(PlanError::NotARoute { path: path.into(), reason })
+        }
+    }
+}
+
+/// The routes of a file, GeoJSON, GPX or KML: the planned one first, its alternates after it. Lines that begin where the one
+/// before ends are its further legs.
 ///
 /// # Errors
 /// [`PlanError::Unreadable`], [`PlanError::NotARoute`].
-pub fn read_route(path: &Path) -> Result<Route, PlanError> {
+pub fn read_routes(path: &Path) -> Result<Vec<Route>, PlanError> {
     let refuse = |reason: String| PlanError::NotARoute { path: path.into(), reason };
-    let text = std::fs::read_to_string(path).map_err(|cause| PlanError::Unreadable { path: path.into(), cause })?;
-    Route::from_geojson(&text).map_err(refuse)
+    let unreadable = |cause| PlanError::Unreadable { path: path.into(), cause };
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    if bytes > MOST_BYTES {
+        return Err(refuse(format!("{bytes} bytes, at most {MOST_BYTES} are read")));
+    }
+    let text = std::fs::read(path).map_err(unreadable)?;
+    let text = String::from_utf8(text).map_err(|_| refuse("it is not text in UTF-8".into()))?;
+    Route::all_from_text(&text).map_err(refuse)
 }
 
 impl Route {
-    /// The route of a GeoJSON text.
+    /// The routes of a text: GeoJSON, GPX or KML, by what it begins with.
     ///
     /// # Errors
     /// What is wrong with it, for people.
+    pub fn all_from_text(text: &str) -> Result<Vec<Self>, String> {
+        let begin = text.trim_start_matches('\u{feff}').trim_start();
+        let lines = if begin.starts_with('<') { xml::lines(begin)? } else { geojson::lines(begin)? };
+        let mut routes: Vec<Self> = Vec::new();
+        for points in lines {
+            if points.len() < 2 {
+                return Err(format!("{} positions, and a line has at least two", points.len()));
+            }
+            match routes.last_mut() {
+                Some(route) if route.ends_at(points[0]) => route.points.extend(&points[1..]),
+                _ => routes.push(Self { points }),
+            }
+        }
+        if routes.iter().map(|r| r.points.len()).sum::<usize>() as f64 > MOST_POINTS {
+            return Err(format!("more than {MOST_POINTS} positions"));
+        }
+        match routes.iter().find(|r| r.length_m() <= 0.0) {
+            Some(_) => Err("all its positions are the same".into()),
+            None => Ok(routes),
+        }
+    }
+
+    /// The route of a GeoJSON text that holds one.
+    ///
+    /// # Errors
+    /// As [`Route::all_from_text`].
     pub fn from_geojson(text: &str) -> Result<Self, String> {
-        let json: Value = serde_json::from_str(text).map_err(|e| e.to_string())?;
-        let line = line_string(&json)?;
-        let coordinates = line["coordinates"].as_array().ok_or("the LineString has no coordinates")?;
-        let points = coordinates.iter().enumerate().map(|(i, c)| position(i, c)).collect::<Result<Vec<_>, _>>()?;
-        if points.len() < 2 {
-            return Err(format!("{} positions, and a line has at least two", points.len()));
-        }
-        let route = Self { points };
-        if route.length_m() <= 0.0 {
-            return Err("all its positions are the same".into());
-        }
-        Ok(route)
+        let mut routes = Self::all_from_text(text)?;
+        let one = routes.len() == 1;
+        routes.pop().filter(|_| one).ok_or_else(|| "several lines, and one is needed".into())
+    }
+
+    fn ends_at(&self, point: Geodetic) -> bool {
+        self.points.last().is_some_and(|last| geodesic_between(*last, point).distance_m < JOINED_M)
+    }
+
+    /// Its positions.
+    pub fn points(&self) -> &[Geodetic] {
+        &self.points
     }
 
     /// Its length, metres.
@@ -86,7 +141,7 @@ impl Route {
     }
 
     /// Start and geodesic of each leg that has a length.
-    fn legs(&self) -> impl Iterator<Item = (Geodetic, Geodesic)> + '_ {
+    pub fn legs(&self) -> impl Iterator<Item = (Geodetic, Geodesic)> + '_ {
         self.points.windows(2).map(|w| (w[0], geodesic_between(w[0], w[1]))).filter(|(_, g)| g.distance_m > 0.0)
     }
 }
@@ -99,28 +154,6 @@ fn point(start: Geodetic, leg: Geodesic, begun_m: f64, into_m: f64) -> Option<Ro
     let ahead_rad = if into_m > 1e-3 { back_rad + std::f64::consts::PI } else { leg.azimuth_rad };
     let heading_rad = ahead_rad.rem_euclid(std::f64::consts::TAU);
     Some(RoutePoint { way_m: begun_m + into_m, position, heading_rad })
-}
-
-fn line_string(json: &Value) -> Result<&Value, String> {
-    match json["type"].as_str() {
-        Some("LineString") => Ok(json),
-        Some("Feature") => line_string(&json["geometry"]),
-        Some("FeatureCollection") => match json["features"].as_array().map(Vec::as_slice) {
-            Some([feature]) => line_string(feature),
-            Some(features) => Err(format!("a collection of {} features, and one is needed", features.len())),
-            None => Err("a collection without features".into()),
-        },
-        Some(other) => Err(format!("a {other}")),
-        None => Err("it has no GeoJSON type".into()),
-    }
-}
-
-fn position(index: usize, coordinates: &Value) -> Result<Geodetic, String> {
-    let number = |k: usize| coordinates.get(k).and_then(Value::as_f64);
-    let (Some(longitude_deg), Some(latitude_deg)) = (number(0), number(1)) else {
-        return Err(format!("position {index} is not [longitude, latitude]"));
-    };
-    Geodetic::from_degrees(latitude_deg, longitude_deg).map_err(|e| format!("position {index}: {e}"))
 }
 
 #[cfg(test)]
@@ -153,7 +186,14 @@ mod tests {
             (r#"{"type":"LineString","coordinates":[[1,2],[1,2]]}"#, "the same"),
             (r#"{"type":"LineString","coordinates":[[1,2],["a",2]]}"#, "position 1"),
             (r#"{"type":"LineString","coordinates":[[1,2],[1,91]]}"#, "position 1"),
-            (r#"{"type":"FeatureCollection","features":[]}"#, "0 features"),
+            (r#"{"type":"FeatureCollection","features":[]}"#, "no line"),
+            ("<kml><Document/></kml>", "no line"),
+            ("<gpx><rte><rtept lat='1' lon='2'/></rte></gpx>", "1 positions"),
+            ("<gpx><rte><rtept lat='1'/></rte></gpx>", "no lon"),
+            ("<gpx><rte><rtept lat='1' lon='NaN'/><rtept lat='1' lon='3'/></rte></gpx>", "longitude"),
+            ("<gpx><rte>", "ends within"),
+            ("<osm/>", "neither GPX nor KML"),
+            ("<kml><LineString><coordinates>1,2 3</coordinates></LineString></kml>", "longitude,latitude"),
             (r#"{"type":"Feature","geometry":null}"#, "no GeoJSON type"),
         ];
         for (text, said) in wrong {
@@ -162,5 +202,27 @@ mod tests {
         }
         let route = Route::from_geojson(r#"{"type":"LineString","coordinates":[[0,0],[90,0]]}"#).unwrap();
         assert!(route.every(0.0).is_err() && route.every(f64::NAN).is_err() && route.every(0.1).is_err());
+    }
+
+    #[test]
+    fn the_three_formats_give_the_same_line() {
+        let geojson = r#"{"type":"FeatureCollection","features":[
+            {"type":"Feature","geometry":{"type":"Point","coordinates":[9,9]}},
+            {"type":"Feature","geometry":{"type":"LineString","coordinates":[[-99.2,47.0],[-99.1,47.01]]}},
+            {"type":"Feature","geometry":{"type":"LineString","coordinates":[[-99.1,47.01],[-99.0,47.0]]}},
+            {"type":"Feature","geometry":{"type":"MultiLineString","coordinates":[[[-99.1,47.01],[-99.1,47.1]]]}}]}"#;
+        let gpx = r#"<?xml version="1.0"?><gpx xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="9" lon="9"/>
+            <rte><name>a</name><rtept lat="47.0" lon="-99.2"><ele>3</ele></rtept><rtept lat="47.01" lon="-99.1"/>
+            <rtept lon="-99.0" lat="47.0"/></rte>
+            <trk><trkseg><trkpt lat="47.01" lon="-99.1"/></trkseg><trkseg><trkpt lat="47.1" lon="-99.1"/></trkseg></trk></gpx>"#;
+        let kml = r#"<kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><MultiGeometry>
+            <Point><coordinates>9,9,0</coordinates></Point>
+            <LineString><coordinates> -99.2,47.0,100
+              -99.1,47.01,100 -99.0,47.0 </coordinates></LineString>
+            <LineString><coordinates>-99.1,47.01 -99.1,47.1</coordinates></LineString></MultiGeometry></Placemark></Document></kml>"#;
+        let expected = Route::all_from_text(geojson).unwrap();
+        assert_eq!(expected.iter().map(|r| r.points().len()).collect::<Vec<_>>(), [3, 2]);
+        assert_eq!(Route::all_from_text(gpx).unwrap(), expected);
+        assert_eq!(Route::all_from_text(kml).unwrap(), expected);
     }
 }

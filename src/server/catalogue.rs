@@ -1,6 +1,7 @@
 //! What the store holds: `GET /v1/store`, `/v1/layers`, `/v1/coverage`.
 
 use super::error::ServerError;
+use super::health::Health;
 use super::problem::Problem;
 use super::query::{NoQuery, Query};
 use super::state::{Service, ServiceState};
@@ -29,6 +30,8 @@ pub(super) struct StoreReply {
     bytes: u64,
     /// Its layers, by name.
     layers: Vec<Layer>,
+    /// What was found wrong with it since the service was started, and what the service warns of.
+    health: Health,
     /// Where this service runs.
     service: Service,
     /// The program's version.
@@ -46,6 +49,7 @@ pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json
         tiles: store.layers().iter().filter(|l| l.complete).map(|l| l.tiles).sum(),
         bytes: store.bytes(),
         layers: store.layers().to_vec(),
+        health: Health::of(&state),
         service: state.service,
         program_version: env!("CARGO_PKG_VERSION"),
     })

@@ -180,6 +180,7 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::Encode { .. }
         | StoreError::Io { .. }
         | StoreError::NoFolder { .. }
+        | StoreError::Sealed { .. }
         | StoreError::Sqlite { .. } => StatusCode::INTERNAL_SERVER_ERROR,
     }
 }

@@ -16,6 +16,7 @@ mod error;
 mod fix_parameters;
 mod fixes;
 mod form;
+mod health;
 mod listen;
 mod metrics;
 mod motions;

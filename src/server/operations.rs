@@ -1,6 +1,7 @@
 //! For those who run the service: `/healthz`, `/readyz`, `/metrics`.
 
 use super::error::ServerError;
+use super::health::Health;
 use super::problem::Problem;
 use super::state::ServiceState;
 use super::work::Load;
@@ -8,13 +9,13 @@ use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 
-/// Whether the process lives.
+/// Whether the process lives; after the first line what is wrong with its store, where something is.
 #[utoipa::path(get, path = "/healthz", tag = "operations", responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
-pub(super) async fn healthz() -> &'static str {
-    "ok\n"
+pub(super) async fn healthz(State(state): State<ServiceState>) -> String {
+    Health::of(&state).text("ok")
 }
 
-/// Whether the store answers.
+/// Whether the store answers; after the first line what is wrong with it, where something is.
 #[utoipa::path(
     get, path = "/readyz", tag = "operations",
     responses(
@@ -22,7 +23,7 @@ pub(super) async fn healthz() -> &'static str {
         (status = "5XX", description = "It does not", body = Problem, content_type = "application/problem+json"),
     )
 )]
-pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<&'static str, ServerError> {
+pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<String, ServerError> {
     let store = state.store.clone();
     state
         .work
@@ -33,7 +34,7 @@ pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<&'static
             Ok(())
         })
         .await??;
-    Ok("ready\n")
+    Ok(Health::of(&state).text("ready"))
 }
 
 /// A window on the map that costs nothing to look through: one micrometre in the middle of the world.

@@ -80,6 +80,7 @@ pub struct ServiceState {
     pub(super) limits: Limits,
     pub(super) work: Work,
     pub(super) metrics: Metrics,
+    pub(super) warnings: Arc<[String]>,
 }
 
 impl ServiceState {
@@ -87,6 +88,11 @@ impl ServiceState {
     pub fn new(store: Reader, service: Service, limits: Limits) -> Self {
         let (work, metrics) = (Work::new(&limits), Metrics::new());
         let residents = Arc::new(Residents::new(limits.index_bytes));
-        Self { store: Arc::new(store), residents, service, limits, work, metrics }
+        Self { store: Arc::new(store), residents, service, limits, work, metrics, warnings: Arc::new([]) }
+    }
+
+    /// The same with something to warn of in every statement of its health.
+    pub fn with_warnings(self, warnings: Vec<String>) -> Self {
+        Self { warnings: warnings.into(), ..self }
     }
 }

@@ -11,6 +11,9 @@ const MOST_BYTES: usize = 1 << 30;
 /// Layer, zoom and pitch.
 pub type Key = (String, u8, usize);
 
+/// Column and row of a tile, and its cells.
+pub type TileCells = ([u32; 2], Vec<u8>);
+
 /// Cells asked for before, the last used last.
 #[derive(Debug, Default)]
 pub struct CellCache {
@@ -45,12 +48,13 @@ impl CellCache {
     }
 }
 
-/// Column, row and cells of every tile of one level that has any.
-pub fn load(connection: &Connection, layer: &str, zoom: u8) -> rusqlite::Result<Vec<([u32; 2], Vec<u8>)>> {
+/// Column, row and cells of every tile of one level that has any, by row and column.
+pub fn load(connection: &Connection, layer: &str, zoom: u8) -> rusqlite::Result<Vec<TileCells>> {
     connection
         .prepare_cached(
             "SELECT f.zoom, f.tile_column, f.tile_row, c.cells FROM footprints f
-             JOIN overfly_cells c ON c.footprint = f.fid WHERE f.layer = ?1 AND f.zoom = ?2",
+             JOIN overfly_cells c ON c.footprint = f.fid WHERE f.layer = ?1 AND f.zoom = ?2
+             ORDER BY f.tile_row, f.tile_column",
         )?
         .query_map((layer, zoom), |row| {
             let tile = footprint::tile_at(row, 0)?;

@@ -1,7 +1,7 @@
 //! Opening the SQLite file: to read, to read immutable, to write.
 
 use super::geometry::register_functions;
-use super::{StoreError, migration};
+use super::{StoreError, manifest, migration};
 use rusqlite::{Connection, OpenFlags};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
@@ -101,6 +101,9 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE).map_err(fail)?;
     prepare_write(&connection).map_err(fail)?;
     let version = store_version(&connection, path)?;
+    if version >= manifest::SINCE && manifest::read(&connection).map_err(fail)?.is_some() {
+        return Err(StoreError::Sealed { path: path.into() });
+    }
     if version < migration::FORMAT_VERSION {
         let transaction = connection.unchecked_transaction().map_err(fail)?;
         migration::migrate(&transaction, version).map_err(fail)?;
@@ -147,7 +150,7 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     open_write(path)
 }
 
-fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()> {
+pub(super) fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()> {
     // A draft that a killed build left is worthless; where there is none, that is well too.
     let _ = std::fs::remove_file(draft);
     let connection = Connection::open(draft)?;
@@ -221,6 +224,11 @@ fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
 }
 
 fn immutable_uri(path: &Path) -> String {
+    file_uri(path) + "?immutable=1"
+}
+
+/// A path as SQLite spells it where it takes parameters.
+pub(super) fn file_uri(path: &Path) -> String {
     let mut uri = String::from(if path.is_absolute() { "file://" } else { "file:" });
     for &byte in path.as_os_str().as_bytes() {
         match byte {
@@ -228,6 +236,5 @@ fn immutable_uri(path: &Path) -> String {
             _ => uri.push_str(&format!("%{byte:02X}")),
         }
     }
-    uri.push_str("?immutable=1");
     uri
 }

@@ -1,5 +1,6 @@
 //! What a build hands over of one tile.
 
+use super::footprint::Footprint;
 use super::imagery::{self, EncodedTile};
 use super::source::Source;
 use super::{StoreError, digest};
@@ -59,6 +60,20 @@ impl TileContent {
             keypoints: keypoints.map_or(0, |k| k.points.len() as u32),
             distinctiveness: keypoints.map_or(0.0, keypoint::distinctiveness),
         })
+    }
+
+    /// The row that says all this of a tile.
+    pub(super) fn footprint(&self, tile: TileId) -> Footprint {
+        Footprint {
+            tile,
+            content_hash: self.image.content_hash,
+            acquired: self.acquired.clone(),
+            valid_fraction: self.valid_fraction,
+            horizontal_error_m: self.horizontal_error_m,
+            keypoints: self.keypoints,
+            distinctiveness: self.distinctiveness,
+            sources: self.sources.clone(),
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is hashed, and how: tiles, layers, the whole store. Never paths, page layout, row order or time of build.
 
 use super::Source;
+use super::cells::TileCells;
 use super::footprint::{self, Footprint};
 use blake3::Hasher;
 use rusqlite::Connection;
@@ -40,15 +41,7 @@ pub(super) fn layer_digest(
     min_zoom: u8,
     sources: &[Source],
 ) -> rusqlite::Result<[u8; 32]> {
-    let mut hasher = Hasher::new_derive_key("overfly layer digest 1");
-    text(&mut hasher, name.as_bytes());
-    hasher.update(&[base_zoom, min_zoom]);
-    let mut sorted: Vec<_> = sources.iter().collect();
-    sorted.sort_by_key(|s| s.content_hash);
-    hasher.update(&(sorted.len() as u64).to_le_bytes());
-    for source in sorted {
-        hash_source(&mut hasher, source);
-    }
+    let mut hasher = layer_hasher(name, base_zoom, min_zoom, sources);
     let sql = format!(
         "SELECT {} FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
         footprint::COLUMNS
@@ -58,6 +51,63 @@ pub(super) fn layer_digest(
         hash_footprint(&mut hasher, &row?);
     }
     Ok(hasher.finalize().into())
+}
+
+/// The digest of a layer whose footprints are given by zoom, row and column.
+pub(super) fn layer_digest_of(
+    name: &str,
+    base_zoom: u8,
+    min_zoom: u8,
+    sources: &[Source],
+    footprints: &[Footprint],
+) -> [u8; 32] {
+    let mut hasher = layer_hasher(name, base_zoom, min_zoom, sources);
+    for footprint in footprints {
+        hash_footprint(&mut hasher, footprint);
+    }
+    hasher.finalize().into()
+}
+
+fn layer_hasher(name: &str, base_zoom: u8, min_zoom: u8, sources: &[Source]) -> Hasher {
+    let mut hasher = Hasher::new_derive_key("overfly layer digest 1");
+    text(&mut hasher, name.as_bytes());
+    hasher.update(&[base_zoom, min_zoom]);
+    let mut sorted: Vec<_> = sources.iter().collect();
+    sorted.sort_by_key(|s| s.content_hash);
+    hasher.update(&(sorted.len() as u64).to_le_bytes());
+    for source in sorted {
+        hash_source(&mut hasher, source);
+    }
+    hasher
+}
+
+/// The digest of the footprints of one level, given by row and column: so that a level verifies alone.
+pub(super) fn footprints_digest<'a>(footprints: impl Iterator<Item = &'a Footprint>) -> [u8; 32] {
+    let mut hasher = Hasher::new_derive_key("overfly level footprints 1");
+    for footprint in footprints {
+        hash_footprint(&mut hasher, footprint);
+    }
+    hasher.finalize().into()
+}
+
+/// The digest of the cells of one level, given by row and column: column, row and cells of each tile that has any.
+pub(super) fn cells_digest(cells: &[TileCells]) -> [u8; 32] {
+    let mut hasher = Hasher::new_derive_key("overfly level cells 1");
+    for ([column, row], blob) in cells {
+        hasher.update(&row.to_le_bytes());
+        hasher.update(&column.to_le_bytes());
+        text(&mut hasher, blob);
+    }
+    hasher.finalize().into()
+}
+
+/// What tells whether a footprint's row is the one that was read before.
+pub(super) fn footprint_check(footprint: &Footprint) -> [u8; 16] {
+    let mut hasher = Hasher::new_derive_key("overfly footprint check 1");
+    hash_footprint(&mut hasher, footprint);
+    let mut check = [0; 16];
+    hasher.finalize_xof().fill(&mut check);
+    check
 }
 
 /// Adds what of a source decides a tile's pixels and its row: content, date, stated CRS, stretch and error.

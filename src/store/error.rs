@@ -128,6 +128,12 @@ pub enum StoreError {
         /// The layer.
         layer: String,
     },
+    /// An exported store, which is never written again.
+    #[error("{path}: an exported store, sealed by its digest: build into the store it was cut from, and export anew", path = path.display())]
+    Sealed {
+        /// The store.
+        path: PathBuf,
+    },
     /// The file is not what it was when it was opened.
     #[error("{path}: was replaced, rewritten or removed since it was opened: open it again (restart the service)", path = path.display())]
     Changed {
@@ -200,6 +206,7 @@ impl StoreError {
             Self::DiskFull { .. } => "disk_full",
             Self::Busy { .. } => "store_busy",
             Self::Superseded { .. } => "superseded",
+            Self::Sealed { .. } => "sealed_store",
             Self::Changed { .. } => "store_changed",
             Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
             Self::Encode { .. } => "tile_encoding",
@@ -231,6 +238,7 @@ impl StoreError {
             | Self::LayerName { .. }
             | Self::Denied { .. }
             | Self::NoFolder { .. }
+            | Self::Sealed { .. }
             | Self::Damaged { .. }
             | Self::DamagedTile { .. } => true,
         }

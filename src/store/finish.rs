@@ -124,7 +124,7 @@ pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<(
 }
 
 /// Writes the layer's row and its GeoPackage declaration from what stands in the tables.
-fn declare(connection: &Connection, declaration: &Declaration) -> rusqlite::Result<u64> {
+pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rusqlite::Result<u64> {
     let Declaration { layer, sources, zoom_override, base_zoom, min_zoom } = declaration;
     let base: Vec<TileId> = connection
         .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?

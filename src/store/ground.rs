@@ -73,7 +73,7 @@ impl Reader {
             if zoom < layer.min_zoom {
                 return self.overview(layer, id);
             }
-            Ok(self.tile(layer, id)?.map(|t| (t.colour.to_gray(), t.mask)))
+            Ok(self.tile_to_match(layer, id)?.map(|t| (t.colour.to_gray(), t.mask)))
         })
     }
 

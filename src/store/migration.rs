@@ -5,10 +5,11 @@ use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
 /// Number, name and text of each step.
-const MIGRATIONS: [(u32, &str, &str); 3] = [
+const MIGRATIONS: [(u32, &str, &str); 4] = [
     (1, "geopackage", include_str!("../../migrations/01-geopackage/up.sql")),
     (2, "store", include_str!("../../migrations/02-store/up.sql")),
     (3, "cells", include_str!("../../migrations/03-cells/up.sql")),
+    (4, "manifest", include_str!("../../migrations/04-manifest/up.sql")),
 ];
 
 /// The version this program reads and writes: that of the last migration.

@@ -1,26 +1,24 @@
 //! `Reader`: a store opened for reading. No method writes.
 
-use super::cells::{self, CellCache};
+use super::cells::CellCache;
 use super::connection::{self, Access};
+use super::damage::{Damage, DamageLog};
 use super::footprint::{self, Footprint};
 use super::ground::Ground;
-use super::imagery::{self, EncodedTile};
 use super::layer::{self, Layer};
 use super::source::{self, Declared, Source};
 use super::stamp::Stamp;
-use super::{FORMAT_VERSION, StoreError, digest, require_contract};
-use crate::feature::CellMap;
-use crate::geodesy::WORLD_M;
-use crate::pixels::MaskedColour;
+use super::window::{rounded_outward, windows_on_the_map};
+use super::witness::Witness;
+use super::{FORMAT_VERSION, StoreError, digest, manifest, require_contract};
 use crate::tile::{MercatorBounds, TileId};
 use rusqlite::{Connection, OptionalExtension, Params};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 /// Connections kept open when idle; more are opened as needed.
 const IDLE_CONNECTIONS: usize = 16;
-/// A bound moved by whole worlds is rounded: it is widened by this before the exact check, metres of the projection.
-const ROUNDING_M: f64 = 1e-6;
 
 /// A store opened for reading. `Send + Sync` (a pool of connections within); no method writes.
 #[derive(Debug)]
@@ -36,7 +34,13 @@ pub struct Reader {
     stamp: Mutex<Stamp>,
     /// What was worked out of tiles.
     pub(super) ground: Ground,
-    cells: CellCache,
+    pub(super) cells: CellCache,
+    /// What the cells of each layer and level must hash to, where an exported store states it.
+    pub(super) stated_cells: HashMap<(String, u8), [u8; 32]>,
+    manifest: Option<String>,
+    /// Every footprint, proved by its layer's digest; onboard only.
+    witness: Option<Witness>,
+    pub(super) damage: DamageLog,
 }
 
 impl Reader {
@@ -49,9 +53,11 @@ impl Reader {
     }
 
     /// Opens it as the aircraft does: immutable, no locks, no side files, refused beside a non-empty `-wal` or `-journal`.
+    /// Every footprint is read, its layer's digest proved, and what the indexes say later is held against it; a tile that
+    /// turns out damaged is no tile to searches, and told of in [`Reader::damage`].
     ///
     /// # Errors
-    /// As [`Reader::open`], and [`StoreError::SideFile`].
+    /// As [`Reader::open`], [`StoreError::SideFile`], and where the footprints do not give the layers' digests.
     pub fn open_onboard(path: &Path) -> Result<Self, StoreError> {
         Self::open_as(path, Access::Immutable)
     }
@@ -68,7 +74,13 @@ impl Reader {
             let names: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
             return Err(StoreError::Unfinished { path: path.into(), layer: names.join(", ") });
         }
-        let digest = stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
+        let fail = |e| StoreError::sqlite(path, e);
+        let digest = stored_digest(&connection, &contract).map_err(fail)?;
+        let manifest = manifest::read(&connection).map_err(fail)?;
+        let witness = match access {
+            Access::Shared => None,
+            Access::Immutable => Some(Witness::of(&connection, &layers, path)?),
+        };
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
         let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
         Ok(Self {
@@ -82,7 +94,36 @@ impl Reader {
             stamp,
             ground: Ground::new(),
             cells: CellCache::default(),
+            stated_cells: HashMap::new(),
+            manifest,
+            witness,
+            damage: DamageLog::default(),
         })
+    }
+
+    /// The same, knowing what the cells of each layer and level must hash to ([`super::LevelDigests`]).
+    pub fn with_stated_cells(self, stated: HashMap<(String, u8), [u8; 32]>) -> Self {
+        Self { stated_cells: stated, ..self }
+    }
+
+    /// The manifest of an exported store, as its row holds it.
+    pub fn manifest(&self) -> Option<&str> {
+        self.manifest.as_deref()
+    }
+
+    /// The tiles found damaged so far, onboard: they are neither served nor matched.
+    pub fn damage(&self) -> Damage {
+        self.damage.told()
+    }
+
+    /// Whether it was opened as the aircraft does.
+    pub(super) fn is_onboard(&self) -> bool {
+        self.access == Access::Immutable
+    }
+
+    /// What the footprints' digest proves of a tile, onboard.
+    pub(super) fn witness(&self) -> Option<&Witness> {
+        self.witness.as_ref()
     }
 
     /// Checks that the file still is what was opened: layers and digest are read once. A store that is only being added
@@ -188,6 +229,7 @@ impl Reader {
         }
         found.sort_by_key(|f| f.tile);
         found.dedup_by_key(|f| f.tile);
+        self.attest(layer, &found, |w| w.count_in(&layer.name, zoom, &windows_on_the_map(bounds)))?;
         Ok(found)
     }
 
@@ -201,7 +243,9 @@ impl Reader {
             "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
             footprint::COLUMNS
         );
-        self.with(|c| collect(c, &sql, (&layer.name, zoom)))
+        let found = self.with(|c| collect(c, &sql, (&layer.name, zoom)))?;
+        self.attest(layer, &found, |w| w.count_at(&layer.name, zoom))?;
+        Ok(found)
     }
 
     /// One tile's footprint, or `None` where the layer has no such tile.
@@ -216,86 +260,34 @@ impl Reader {
             footprint::COLUMNS
         );
         let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
-        self.with(|c| c.prepare_cached(&sql)?.query_row(key, footprint::read).optional())
+        let found = self.with(|c| c.prepare_cached(&sql)?.query_row(key, footprint::read).optional())?;
+        self.attest(layer, found.as_slice(), |w| usize::from(w.knows(&layer.name, tile)))?;
+        Ok(found)
     }
 
-    /// A tile's imagery as stored, or `None` where the layer has no such tile.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the tile damaged.
-    pub fn encoded_tile(&self, layer: &Layer, tile: TileId) -> Result<Option<EncodedTile>, StoreError> {
-        self.require_complete(layer)?;
-        let sql = format!(
-            "SELECT t.tile_data, f.content_hash FROM \"{}\" t
-             JOIN footprints f ON f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4
-             WHERE t.zoom_level = ?2 AND t.tile_row = ?3 AND t.tile_column = ?4",
-            layer.name
-        );
-        let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
-        let row = self.with(|c| {
-            c.prepare_cached(&sql)?.query_row(key, |row| Ok((row.get::<_, Vec<u8>>(0)?, row.get(1)?))).optional()
-        })?;
-        let Some((bytes, content_hash)) = row else { return Ok(None) };
-        let media_type = imagery::media_type(&bytes)
-            .ok_or_else(|| self.damaged(layer, tile, "its imagery is neither JPEG nor PNG".into()))?;
-        Ok(Some(EncodedTile { media_type, bytes, content_hash }))
-    }
-
-    /// A tile's pixels and mask, decoded.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the tile damaged.
-    pub fn tile(&self, layer: &Layer, tile: TileId) -> Result<Option<MaskedColour>, StoreError> {
-        let Some(encoded) = self.encoded_tile(layer, tile)? else { return Ok(None) };
-        imagery::decode(&encoded.bytes).map(Some).map_err(|reason| self.damaged(layer, tile, reason))
-    }
-
-    /// A tile's descriptor blob (`feature::keypoint::from_blob`); `None` where there is no such tile or it has none
-    /// (overviews are not described).
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the store damaged.
-    pub fn descriptors(&self, layer: &Layer, tile: TileId) -> Result<Option<Vec<u8>>, StoreError> {
-        self.require_complete(layer)?;
-        let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
-        self.with(|c| {
-            c.prepare_cached(
-                "SELECT d.descriptors FROM footprints f JOIN overfly_descriptors d ON d.footprint = f.fid
-                 WHERE f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4",
-            )?
-            .query_row(key, |row| row.get(0))
-            .optional()
-        })
-    }
-
-    /// The cells of one level, merged `pitch` by `pitch` (1, 2 or 3); without blocks where the layer has none of that
-    /// level or was built before there were cells. Kept, so that the next frame finds them in memory, within a bound:
-    /// the longest unused go first.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the store damaged.
-    pub fn cells(&self, layer: &Layer, zoom: u8, pitch: usize) -> Result<Arc<CellMap>, StoreError> {
-        self.require_complete(layer)?;
-        let key = (layer.name.clone(), zoom, pitch);
-        if let Some(kept) = self.cells.get(&key) {
-            return Ok(kept);
+    /// Holds what an index gave against what was proved at the start: all of it, and nothing else.
+    fn attest(
+        &self,
+        layer: &Layer,
+        found: &[Footprint],
+        count: impl FnOnce(&Witness) -> usize,
+    ) -> Result<(), StoreError> {
+        let Some(witness) = &self.witness else { return Ok(()) };
+        if found.len() == count(witness) && found.iter().all(|f| witness.agrees(&layer.name, f)) {
+            return Ok(());
         }
-        let map = if pitch == 1 {
-            CellMap::of_tiles(self.with(|c| cells::load(c, &layer.name, zoom))?)
-        } else {
-            self.cells(layer, zoom, 1)?.merged(pitch)
-        };
-        Ok(self.cells.keep(key, map))
+        let reason = format!("an index of layer {} leads elsewhere than it did when the store was opened", layer.name);
+        Err(StoreError::Damaged { path: self.path.clone(), reason })
     }
 
-    fn require_complete(&self, layer: &Layer) -> Result<(), StoreError> {
+    pub(super) fn require_complete(&self, layer: &Layer) -> Result<(), StoreError> {
         if layer.complete {
             return Ok(());
         }
         Err(StoreError::Unfinished { path: self.path.clone(), layer: layer.name.clone() })
     }
 
-    fn damaged(&self, layer: &Layer, tile: TileId, reason: String) -> StoreError {
+    pub(super) fn damaged(&self, layer: &Layer, tile: TileId, reason: String) -> StoreError {
         StoreError::DamagedTile { path: self.path.clone(), layer: layer.name.clone(), tile, reason }
     }
 
@@ -326,7 +318,7 @@ impl Reader {
     }
 }
 
-fn collect(connection: &Connection, sql: &str, parameters: impl Params) -> rusqlite::Result<Vec<Footprint>> {
+pub(super) fn collect(connection: &Connection, sql: &str, parameters: impl Params) -> rusqlite::Result<Vec<Footprint>> {
     connection.prepare_cached(sql)?.query_map(parameters, footprint::read)?.collect()
 }
 
@@ -337,58 +329,4 @@ pub(super) fn stored_digest(connection: &Connection, contract: &str) -> rusqlite
     let rows: Vec<(String, [u8; 32])> =
         statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect::<rusqlite::Result<_>>()?;
     Ok(digest::store_digest(contract, rows.iter().map(|(name, digest)| (name.as_str(), *digest))))
-}
-
-/// The parts of the map that bounds cover, each with x inside the world: one usually, two across the antimeridian.
-fn windows_on_the_map(bounds: &MercatorBounds) -> Vec<MercatorBounds> {
-    let half_m = WORLD_M / 2.0;
-    if bounds.max_x_m - bounds.min_x_m >= WORLD_M {
-        return vec![MercatorBounds { min_x_m: -half_m, max_x_m: half_m, ..*bounds }];
-    }
-    let world =
-        MercatorBounds { min_x_m: -half_m, min_y_m: f64::NEG_INFINITY, max_x_m: half_m, max_y_m: f64::INFINITY };
-    let first = ((bounds.min_x_m + half_m) / WORLD_M).floor();
-    [first, first + 1.0]
-        .into_iter()
-        .map(|worlds| {
-            let rounding_m = if worlds == 0.0 { 0.0 } else { ROUNDING_M };
-            MercatorBounds {
-                min_x_m: bounds.min_x_m - worlds * WORLD_M - rounding_m,
-                max_x_m: bounds.max_x_m - worlds * WORLD_M + rounding_m,
-                ..*bounds
-            }
-        })
-        .filter(|window| window.intersects(&world))
-        .collect()
-}
-
-/// min x, max x, min y, max y, each moved outward by more than a 32-bit float's rounding (2 m at the world's edge).
-fn rounded_outward(bounds: &MercatorBounds) -> [f64; 4] {
-    let margin_m = |v: f64| v.abs() * f64::from(f32::EPSILON) + ROUNDING_M;
-    [
-        bounds.min_x_m - margin_m(bounds.min_x_m),
-        bounds.max_x_m + margin_m(bounds.max_x_m),
-        bounds.min_y_m - margin_m(bounds.min_y_m),
-        bounds.max_y_m + margin_m(bounds.max_y_m),
-    ]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn splits_at_the_antimeridian() {
-        let at = |min_x_m, max_x_m| MercatorBounds { min_x_m, min_y_m: 0.0, max_x_m, max_y_m: 1.0 };
-        let half_m = WORLD_M / 2.0;
-        assert_eq!(windows_on_the_map(&at(-5.0, 5.0)), [at(-5.0, 5.0)]);
-        let across = windows_on_the_map(&at(half_m - 100.0, half_m + 50.0));
-        assert_eq!(across.len(), 2);
-        assert!((across[1].max_x_m - (-half_m + 50.0)).abs() < 1e-3);
-        let west = windows_on_the_map(&at(-half_m - 50.0, -half_m + 100.0));
-        assert_eq!(west.len(), 2);
-        assert!((west[0].min_x_m - (half_m - 50.0)).abs() < 1e-3);
-        assert_eq!(windows_on_the_map(&at(-WORLD_M, WORLD_M)).len(), 1);
-        assert!(windows_on_the_map(&at(f64::NAN, 1.0)).is_empty());
-    }
 }

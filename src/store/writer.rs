@@ -4,6 +4,7 @@
 //! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
 
 use super::content::{Child, TileContent};
+use super::footprint::Footprint;
 use super::geometry::polygon_blob;
 use super::layer;
 use super::source::{self, Declared, Source};
@@ -281,7 +282,14 @@ fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
     let tile = built.tile;
     finish::clear_tile(connection, layer, tile)?;
     if let Some(content) = &built.content {
-        place_content(connection, layer, tile, content)?;
+        let footprint = content.footprint(tile);
+        let placed = Placed {
+            footprint: &footprint,
+            image: &content.image.bytes,
+            descriptors: content.descriptors.as_deref(),
+            cells: Some(&content.cells),
+        };
+        place_content(connection, layer, &placed)?;
     }
     connection
         .prepare_cached(
@@ -292,12 +300,21 @@ fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
     Ok(())
 }
 
-fn place_content(connection: &Connection, layer: &str, tile: TileId, content: &TileContent) -> rusqlite::Result<()> {
+/// What goes into the tables of one tile.
+pub(super) struct Placed<'a> {
+    pub footprint: &'a Footprint,
+    pub image: &'a [u8],
+    pub descriptors: Option<&'a [u8]>,
+    pub cells: Option<&'a [u8]>,
+}
+
+pub(super) fn place_content(connection: &Connection, layer: &str, placed: &Placed<'_>) -> rusqlite::Result<()> {
+    let (known, tile) = (placed.footprint, placed.footprint.tile);
     connection
         .prepare_cached(&format!(
             "INSERT INTO \"{layer}\" (zoom_level, tile_column, tile_row, tile_data) VALUES (?1, ?2, ?3, ?4)"
         ))?
-        .execute(params![tile.zoom(), tile.column(), tile.row(), content.image.bytes])?;
+        .execute(params![tile.zoom(), tile.column(), tile.row(), placed.image])?;
     connection
         .prepare_cached(
             "INSERT INTO footprints
@@ -311,22 +328,24 @@ fn place_content(connection: &Connection, layer: &str, tile: TileId, content: &T
             tile.zoom(),
             tile.column(),
             tile.row(),
-            content.image.content_hash,
-            content.sources,
-            content.acquired,
-            content.valid_fraction,
-            content.horizontal_error_m,
-            content.keypoints,
-            content.distinctiveness,
+            known.content_hash,
+            known.sources,
+            known.acquired,
+            known.valid_fraction,
+            known.horizontal_error_m,
+            known.keypoints,
+            known.distinctiveness,
         ])?;
     let footprint = connection.last_insert_rowid();
-    if let Some(descriptors) = &content.descriptors {
+    if let Some(descriptors) = placed.descriptors {
         connection
             .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
             .execute(params![footprint, descriptors])?;
     }
-    connection
-        .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
-        .execute(params![footprint, content.cells])?;
+    if let Some(cells) = placed.cells {
+        connection
+            .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
+            .execute(params![footprint, cells])?;
+    }
     Ok(())
 }

@@ -127,7 +127,7 @@ impl Place {
         let Some((gray, mask)) = imagery.gray(low, [high[0] - low[0], high[1] - low[1]])? else { return Ok(None) };
         let corner_px = low.map(|v| v as f64);
         let is_there = self.has_all(&mask, corner_px, cut);
-        Ok(is_there.then(|| Ground { gray, corner_px, edge_px: cut.edge_px, place: *self }))
+        Ok(is_there.then_some(Ground { gray, corner_px, edge_px: cut.edge_px, place: *self }))
     }
 
     /// Whether all pixels are there of the strip in which the image and all views ahead of it lie.

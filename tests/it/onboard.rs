@@ -225,3 +225,47 @@ fn a_unix_socket_is_served_and_removed() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(!socket.exists());
 }
+
+#[test]
+fn a_damaged_tile_is_neither_served_nor_matched_and_health_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let db = folder.path().join("cut.gpkg");
+    super::export::export_to(super::drawn::drawn_store(), &super::export::drawn_request(), &db);
+    let reader = overfly::store::Reader::open(&db).unwrap();
+    let layer = reader.layer("ortho").unwrap();
+    let tiles = reader.footprints(layer, layer.base_zoom).unwrap();
+    let (bad, good) = (tiles[0].tile, tiles[tiles.len() - 1].tile);
+    // One bit in the middle of the tile's imagery, wherever in the file that stands.
+    let image = reader.encoded_tile(layer, bad).unwrap().unwrap().bytes;
+    let mut bytes = fs::read(&db).unwrap();
+    let needle = &image[image.len() / 2..image.len() / 2 + 40];
+    let at = bytes.windows(needle.len()).position(|w| w == needle).unwrap();
+    bytes[at] ^= 8;
+    fs::write(&db, bytes).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_overfly"));
+    command.arg("serve").arg("--db").arg(&db).args(["--onboard", "--listen", "127.0.0.1:0"]).stderr(Stdio::null());
+    let serving = Serving::start(command);
+    let text = |path: &str| {
+        let (status, body) = serving.get(path);
+        (status, String::from_utf8_lossy(&body).into_owned())
+    };
+    assert_eq!(text("/healthz"), (200, "ok\n".into()));
+    assert_eq!(serving.get(&format!("/v1/tiles/ortho/{good}")).0, 200);
+    assert_eq!(text("/healthz"), (200, "ok\n".into()));
+    let (status, body) = text(&format!("/v1/tiles/ortho/{bad}"));
+    assert!(status == 500 && body.contains("damaged_store"), "{status} {body}");
+    let (status, health) = text("/healthz");
+    assert!(status == 200 && health.starts_with("degraded\n") && health.contains(&bad.to_string()), "{health}");
+    let (_, store) = text("/v1/store");
+    let store: serde_json::Value = serde_json::from_str(&store).unwrap();
+    assert_eq!(
+        (store["health"]["state"].as_str(), store["health"]["damaged_tiles"].as_u64()),
+        (Some("degraded"), Some(1))
+    );
+    // The rest goes on.
+    assert_eq!(serving.get(&format!("/v1/tiles/ortho/{good}")).0, 200);
+    assert_eq!(serving.stop().0, Some(0));
+    let checked = Command::new(env!("CARGO_BIN_EXE_overfly")).arg("verify").arg(&db).output().unwrap();
+    let told = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(checked.status.code() == Some(3) && told.contains(&format!("first wrong: tile {bad}")), "{told}");
+}

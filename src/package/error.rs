@@ -1,0 +1,194 @@
+//! Why nothing can be exported, signed, or flown.
+
+use super::Date;
+use crate::coupling::CouplingError;
+use crate::plan::PlanError;
+use crate::region::RegionError;
+use crate::store::StoreError;
+use std::path::{Path, PathBuf};
+
+/// Why nothing can be exported, signed, or flown.
+#[derive(Debug, thiserror::Error)]
+pub enum PackageError {
+    /// Route, aircraft or calibration.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// Numbers that together lead where the models do not speak.
+    #[error(transparent)]
+    Coupling(#[from] CouplingError),
+    /// A corridor that no region can be made of.
+    #[error(transparent)]
+    Region(#[from] RegionError),
+    /// A store cannot be read or written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A file cannot be read or written.
+    #[error("{path}: {cause}", path = path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// A corridor of no width, or wider than any search.
+    #[error("a corridor of {half_width_m} m on each side: expected metres, more than 0 and at most {most_m}")]
+    CorridorWidth {
+        /// What was given, or what it grew to.
+        half_width_m: f64,
+        /// The bound.
+        most_m: f64,
+    },
+    /// The map does not reach the route.
+    #[error("{path}: no tile meets the corridor; is it the right route, and are its positions longitude first?", path = path.display())]
+    NothingInCorridor {
+        /// The store.
+        path: PathBuf,
+    },
+    /// It cannot be made small enough.
+    #[error(
+        "the export takes at least {least} bytes whatever is dropped, and {most} are allowed: narrow the corridor, shorten the route, or name fewer layers"
+    )]
+    TooLarge {
+        /// With all dropped that may be.
+        least: u64,
+        /// What was asked.
+        most: u64,
+    },
+    /// The export would replace its source.
+    #[error("{path}: is the store that is exported from: choose another place", path = path.display())]
+    SameFile {
+        /// Both.
+        path: PathBuf,
+    },
+    /// Another export to the same place is under way.
+    #[error("{path}: another export to this place is under way: wait for it", path = path.display())]
+    Occupied {
+        /// The place.
+        path: PathBuf,
+    },
+    /// A key is never overwritten.
+    #[error("{path}: exists, and a key is never overwritten: choose another name", path = path.display())]
+    KeyExists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Not a key.
+    #[error("{path}: {reason}; `overfly keygen --out KEY` makes KEY (PKCS#8 PEM, to sign) and KEY.pub (SPKI PEM, to verify), both Ed25519", path = path.display())]
+    NotAKey {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A signature is required and there is none.
+    #[error("{path}: is not signed, and a signature is required: export it with `overfly export --sign KEY`", path = path.display())]
+    Unsigned {
+        /// The store.
+        path: PathBuf,
+    },
+    /// Signed by somebody else.
+    #[error("{path}: signed with the key {found}, required is {required}: is it the right store, and the right key?", path = path.display())]
+    WrongKey {
+        /// The store.
+        path: PathBuf,
+        /// The public key that its manifest names.
+        found: String,
+        /// The one required.
+        required: String,
+    },
+    /// The manifest, or what it says of the store's content, was altered.
+    #[error("{path}: its manifest was altered: {reason}; restore the store from a copy, or export it anew", path = path.display())]
+    AlteredManifest {
+        /// The store.
+        path: PathBuf,
+        /// What does not agree.
+        reason: String,
+    },
+    /// The seal was altered.
+    #[error("{path}: its seal was altered: {reason}; restore the store from a copy, or export it anew", path = path.display())]
+    AlteredSeal {
+        /// The store.
+        path: PathBuf,
+        /// What does not agree.
+        reason: String,
+    },
+    /// Past its date.
+    #[error("{path}: was valid until {valid_until}, and it is {today}: export it anew", path = path.display())]
+    Expired {
+        /// The store.
+        path: PathBuf,
+        /// Its last day.
+        valid_until: Date,
+        /// This day.
+        today: Date,
+    },
+    /// The clock cannot be right, so no date can be judged.
+    #[error("{path}: the clock says {today}, and the store holds imagery of {newest}: set the clock; until then nobody can say whether the store is too old", path = path.display())]
+    Clock {
+        /// The store.
+        path: PathBuf,
+        /// What the clock says.
+        today: Date,
+        /// The newest imagery.
+        newest: Date,
+    },
+    /// A layer older than the policy allows.
+    #[error("{path}: {what}: build it from newer imagery, or change --stale-after-days", path = path.display())]
+    Stale {
+        /// The store.
+        path: PathBuf,
+        /// Which layer, how old, and the policy.
+        what: String,
+    },
+    /// The operating system gives no randomness.
+    #[error("the system gives no random numbers: {reason}")]
+    Randomness {
+        /// What it says.
+        reason: String,
+    },
+}
+
+impl PackageError {
+    /// A stable word for scripts.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Plan(e) => e.code(),
+            Self::Coupling(e) => e.code(),
+            Self::Region(e) => e.code(),
+            Self::Store(e) => e.code(),
+            Self::Io { .. } => "io",
+            Self::CorridorWidth { .. } => "corridor_width",
+            Self::NothingInCorridor { .. } => "no_tile_in_corridor",
+            Self::TooLarge { .. } => "too_large",
+            Self::SameFile { .. } => "same_file",
+            Self::Occupied { .. } => "export_under_way",
+            Self::KeyExists { .. } => "key_exists",
+            Self::NotAKey { .. } => "not_a_key",
+            Self::Unsigned { .. } => "unsigned_store",
+            Self::WrongKey { .. } => "wrong_key",
+            Self::AlteredManifest { .. } => "altered_manifest",
+            Self::AlteredSeal { .. } => "altered_seal",
+            Self::Expired { .. } => "expired_store",
+            Self::Clock { .. } => "clock_implausible",
+            Self::Stale { .. } => "stale_layer",
+            Self::Randomness { .. } => "randomness",
+        }
+    }
+
+    /// Whether what was given is at fault, and not the work on it: exit code 2.
+    pub fn is_unusable_input(&self) -> bool {
+        match self {
+            Self::Store(e) => e.is_unusable_input(),
+            Self::Io { .. } | Self::Occupied { .. } | Self::Randomness { .. } => false,
+            _ => true,
+        }
+    }
+
+    /// Names what the system reports about `path`, in the store's words where it has any.
+    pub(super) fn io(path: &Path, cause: std::io::Error) -> Self {
+        match StoreError::io(path, cause) {
+            StoreError::Io { path, source } => Self::Io { path, cause: source },
+            named => Self::Store(named),
+        }
+    }
+}

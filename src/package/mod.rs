@@ -1,0 +1,38 @@
+//! What an aircraft takes along: the part of a store that one flight needs, its manifest, seal and signature; and their
+//! verification, on the ground and onboard.
+//!
+//! Pure, without files: `corridor`'s geometry, `date`, `freshness`, `manifest`, `seal`. The rest reads and writes files.
+
+mod corridor;
+mod coverage;
+mod date;
+mod digest;
+mod error;
+mod export;
+mod freshness;
+mod key;
+mod manifest;
+mod onboard;
+mod outlet;
+mod request;
+mod seal;
+mod sealed_file;
+mod selection;
+mod shedding;
+mod verify;
+
+pub use corridor::{Corridor, Drift, Width};
+pub use coverage::{Coverage, CoverageStep};
+pub use date::Date;
+pub use digest::file_digest;
+pub use error::PackageError;
+pub use export::{Exported, Part, Preview, export, preview};
+pub use freshness::{Finding, StalePolicy, freshness};
+pub use key::{PublicKey, SecretKey, generate};
+pub use manifest::{Manifest, ManifestLayer};
+pub use onboard::{Onboard, open_onboard};
+pub use request::ExportRequest;
+pub use seal::{SEAL_LEN, Seal};
+pub use sealed_file::read_seal;
+pub use shedding::Dropped;
+pub use verify::{PackageVerification, Problem, Verify, verify_package};

@@ -1,0 +1,34 @@
+//! `ExportRequest`: what shall be exported.
+
+use super::corridor::{Drift, Width};
+use super::{Date, SecretKey};
+use crate::coupling::Calibration;
+use crate::plan::Route;
+
+/// What shall be exported.
+#[derive(Debug)]
+pub struct ExportRequest {
+    /// The planned route first, its alternates after it.
+    pub routes: Vec<Route>,
+    /// W: the corridor on each side, metres.
+    pub corridor_m: f64,
+    /// What the corridor grows by.
+    pub drift: Option<Drift>,
+    /// The calibration that the drift comes from; written down in the manifest.
+    pub calibration: Option<Calibration>,
+    /// Layers to take; all where none is named.
+    pub layers: Vec<String>,
+    /// Most bytes of the file.
+    pub max_bytes: Option<u64>,
+    /// The last day on which it may be flown.
+    pub valid_until: Option<Date>,
+    /// Who signs.
+    pub key: Option<SecretKey>,
+}
+
+impl ExportRequest {
+    /// How wide the corridor is.
+    pub(super) fn width(&self) -> Width {
+        Width { half_width_m: self.corridor_m, drift: self.drift }
+    }
+}
