@@ -14,8 +14,11 @@ use overfly::tile::TileId;
 use std::path::{Path, PathBuf};
 use tower::ServiceExt as _;
 
+/// What bytes are given to.
+type Target = fn(&[u8]);
+
 /// Name and body of every target.
-pub const TARGETS: [(&str, fn(&[u8])); 7] = [
+pub const TARGETS: [(&str, Target); 7] = [
     ("geotiff", geotiff),
     ("side_files", side_files),
     ("frame", frame),

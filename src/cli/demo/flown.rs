@@ -28,9 +28,11 @@ pub fn fly(
     let trial = FlyTrial { store, flight, disturbances: Disturbances::default() };
     let bar = output.progress((flight.frames.len() * (MODES.len() + 1)) as u64, "images");
     let reckoned = trial.reckon(&options(Mode::RelativeOnly), |_| bar.inc(1))?;
-    let flown: Result<Vec<_>, _> = MODES.iter().map(|mode| trial.run(&options(*mode), |_| bar.inc(1))).collect();
+    let mut outcomes = Vec::new();
+    for mode in MODES {
+        outcomes.push(trial.run(&options(mode), |_| bar.inc(1))?);
+    }
     bar.finish_and_clear();
-    let outcomes = flown?;
     let scores = MODES.iter().zip(&outcomes).map(|(mode, o)| FlyScore::of(*mode, o, &reckoned, right_m)).collect();
     Ok(DemoFlown { outcomes, scores, clock: options(Mode::Auto).clock })
 }
