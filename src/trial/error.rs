@@ -104,10 +104,10 @@ pub enum TrialError {
     },
     /// The store to simulate over cannot be read.
     #[error(transparent)]
-    Store(#[from] StoreError),
+    Store(Box<StoreError>),
     /// Or has no layer by itself.
     #[error(transparent)]
-    Candidates(#[from] CandidatesError),
+    Candidates(Box<CandidatesError>),
     /// A frame cannot be decoded.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -190,6 +190,21 @@ impl TrialError {
 
     /// Whether the input is at fault (and not the work).
     pub fn is_input(&self) -> bool {
+        if let Self::Store(error) = self {
+            return error.is_unusable_input();
+        }
         !matches!(self, Self::Unwritable { .. } | Self::Locate { .. } | Self::Navigate { .. })
+    }
+}
+
+impl From<StoreError> for TrialError {
+    fn from(error: StoreError) -> Self {
+        Self::Store(Box::new(error))
+    }
+}
+
+impl From<CandidatesError> for TrialError {
+    fn from(error: CandidatesError) -> Self {
+        Self::Candidates(Box::new(error))
     }
 }

@@ -39,11 +39,11 @@ fn where_the_papers_assumptions_hold_its_predictions_do() {
         }
     }
     assert!(family.comparisons > 40 && family.inside == family.comparisons);
-    // (14) and (16) as printed are among them, at eight sets of parameters, with p from 0.0004 to 0.09.
+    // (14) and (16) as printed are among them, at eight sets of parameters, p from 0.0004 to 0.09, and (11) at others.
     let printed = summaries.iter().filter(|s| s.comparisons.iter().any(|c| c.what == "failures_printed"));
     assert_eq!(printed.count(), 8);
     let probabilities = || summaries.iter().filter_map(|s| s.predicted.failure_probability);
-    assert!(probabilities().fold(1.0, f64::min) < 1e-4 && probabilities().fold(0.0, f64::max) > 0.09);
+    assert!(probabilities().fold(1.0, f64::min) < 2e-4 && probabilities().fold(0.0, f64::max) > 0.09);
 }
 
 #[test]
@@ -65,14 +65,14 @@ fn a_prediction_that_is_wrong_by_a_fifth_is_found_out() {
 }
 
 #[test]
-fn a_twentieth_is_found_out_where_flights_are_many() {
+fn a_fiftieth_is_found_out_where_flights_are_many() {
     let mut variations = documented("paper");
     variations.truncate(1);
-    variations[0].scenario.runs = 20_000;
+    variations[0].scenario.runs = 200_000;
     variations[0].scenario.execution.seconds_per_tile = 0.05;
     let mut flown = flown(variations, 2);
     assert!(is_inside(&summarize(&flown).0[0], "failures"));
-    flown[0].prediction.failures = flown[0].prediction.failures.map(|mean| mean * 1.05);
+    flown[0].prediction.failures = flown[0].prediction.failures.map(|mean| mean * 1.02);
     assert!(!is_inside(&summarize(&flown).0[0], "failures"));
 }
 

@@ -100,7 +100,7 @@ impl<'a> Case<'a> {
         rng
     }
 
-    /// What of the model's assumptions does not hold here, as words.
+    /// What of the assumptions of model and estimate does not hold here, as words.
     pub fn departures(&self) -> Vec<&'static str> {
         let (s, mode) = (self.scenario, self.mode);
         let sequential = mode == Mode::Sequential;
@@ -110,6 +110,7 @@ impl<'a> Case<'a> {
         let is_best = best.is_some_and(|n| (n - self.plan.relative_count as f64).abs() <= 1.0);
         let linear = s.errors.drift_growth == DriftGrowth::Linear;
         let repeats = s.errors.drift == DrawnDrift::Bias;
+        let tracked = s.covariance.as_ref().filter(|_| mode != Mode::Combined);
         let carries = s.failures.after != AfterFailure::Afresh;
         [
             ("inaccuracy", searches && s.errors.inaccuracy_m > 0.0),
@@ -124,6 +125,9 @@ impl<'a> Case<'a> {
             ("growing_region", searches && carries),
             ("false_fixes", searches && carries && s.failures.false_share > 0.0),
             ("store", searches && s.store.is_some()),
+            ("estimate_repeated_drift", tracked.is_some() && repeats),
+            ("estimate_independent_fixes", searches && tracked.is_some_and(|c| c.fix_common_share < 1.0)),
+            ("estimate_misinformed", tracked.is_some_and(|c| c.stated_ratio != 1.0)),
         ]
         .into_iter()
         .filter_map(|(word, holds)| holds.then_some(word))
