@@ -223,6 +223,9 @@ fn reach_m(image: ImageOnGround, uncertainty: Uncertainty) -> f64 {
     }
 }
 
+/// A flight is taken to be at least so long: what it shows is the same to a part of the region's margin, and its course has a direction.
+const LEAST_LENGTH_M: f64 = 1e-6;
+
 /// The edge in the local plane, and 𝒩.
 fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
     let ImageOnGround { across_m, along_m, heading_rad } = image;
@@ -237,7 +240,7 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
             drifted(inaccuracy_m, parallel_drift_m(unit_drift_m, execution_s, relative_s))
         }
         Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m: radius_m } => {
-            let length_m = speed_mps * execution_s;
+            let length_m = (speed_mps * execution_s).max(LEAST_LENGTH_M);
             let outline = reachable_outline(Flight { length_m, radius_m, across_m, along_m }, inaccuracy_m);
             let area_m2 = weighted_area(&outline, |_| 1.0);
             // Also where a length is none that the models take (1e-9 to 1e9).

@@ -112,6 +112,21 @@ proptest! {
     }
 }
 
+#[test]
+fn a_flight_shorter_than_numbers_go_is_one_image() {
+    let image = ImageOnGround { across_m: 600.0, along_m: 400.0, heading_rad: 1.0 };
+    let flight = |speed_mps, execution_s| Uncertainty::Combined {
+        inaccuracy_m: 20.0,
+        speed_mps,
+        execution_s,
+        min_turn_radius_m: 300.0,
+    };
+    for uncertainty in [flight(1e-211, 1e-181), flight(1e-300, 1e-7)] {
+        let count = Region::new(point(0.0, 8.0), image, uncertainty).unwrap().nominal_count();
+        assert!((count - 620.0 * 420.0 / 240_000.0).abs() < 0.01, "{count}");
+    }
+}
+
 fn images() -> impl Strategy<Value = ImageOnGround> {
     (5.0..2e3f64, 5.0..2e3f64, 0.0..TAU).prop_map(|(across_m, along_m, heading_rad)| ImageOnGround {
         across_m,
