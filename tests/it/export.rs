@@ -456,8 +456,23 @@ fn no_injury_is_missed_and_no_answer_is_wrong_after_one() {
     export_to(drawn_store(), &drawn_request(), &out);
     let sound = crate::injury::Sound::of(&out);
     let injuries = sound.injuries(240, 30, 30, 7);
-    let tally = sound.endure(&copy, &injuries, |_, _| ());
-    eprintln!("{tally:?}");
+    let (path, truth, asked) = frames().swap_remove(2);
+    let frame = read_frame(&path).unwrap();
+    let (mut count, mut fixes) = (0, 0);
+    let tally = sound.endure(&copy, &injuries, |path, tally| {
+        count += 1;
+        let Ok(onboard) = overfly::package::open_onboard(path, None, &[], crate::injury::a_day()) else { return };
+        // A fix over what is left is the right one, or there is none.
+        if let (0, Ok(Answer::Fix(fix))) = (count % 5, locate(&onboard.store, &frame, &asked, 2)) {
+            let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).unwrap();
+            fixes += 1;
+            if LocalFrame::at(truth).enu_from_geodetic(at).length_m() > 5.0 {
+                tally.failures.push(format!("a wrong fix: {fix:?}"));
+            }
+        }
+    });
+    eprintln!("{tally:?}, {fixes} fixes");
+    assert!(fixes > 20, "{fixes} fixes");
     assert!(tally.failures.is_empty(), "{:#?}", tally.failures);
     assert!(tally.injuries >= 290 && tally.degraded > 20 && tally.refused_onboard > 20, "{tally:?}");
 }

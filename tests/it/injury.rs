@@ -99,9 +99,12 @@ impl Sound {
             let len = if truncation % 2 == 0 { len / self.page * self.page } else { len };
             injuries.push(Injury::Truncation { len });
         }
-        for _ in 0..swaps {
+        let page = |p: usize| &self.bytes[p * self.page..(p + 1) * self.page];
+        while injuries.len() < flips + truncations + swaps {
             let pages = [dice.random_range(0..pages), dice.random_range(0..pages)];
-            injuries.push(Injury::Swap { pages });
+            if page(pages[0]) != page(pages[1]) {
+                injuries.push(Injury::Swap { pages });
+            }
         }
         injuries
     }
@@ -111,9 +114,7 @@ impl Sound {
         std::fs::write(path, &self.bytes).unwrap();
         let mut tally = Tally::default();
         for injury in injuries {
-            if !self.injure(path, injury) {
-                continue;
-            }
+            self.injure(path, injury);
             tally.injuries += 1;
             self.verify(path, injury, &mut tally);
             self.fly(path, injury, &mut tally);
@@ -124,22 +125,17 @@ impl Sound {
         tally
     }
 
-    /// Whether anything changed.
-    fn injure(&self, path: &Path, injury: &Injury) -> bool {
+    fn injure(&self, path: &Path, injury: &Injury) {
         let file = std::fs::File::options().write(true).open(path).unwrap();
         match *injury {
             Injury::Flip { at, bit } => file.write_all_at(&[self.bytes[at] ^ (1 << bit)], at as u64).unwrap(),
             Injury::Truncation { len } => file.set_len(len as u64).unwrap(),
             Injury::Swap { pages: [a, b] } => {
                 let page = |p: usize| &self.bytes[p * self.page..(p + 1) * self.page];
-                if page(a) == page(b) {
-                    return false;
-                }
                 file.write_all_at(page(b), (a * self.page) as u64).unwrap();
                 file.write_all_at(page(a), (b * self.page) as u64).unwrap();
             }
         }
-        true
     }
 
     fn heal(&self, path: &Path, injury: &Injury) {
