@@ -1,6 +1,6 @@
 //! Plots of a simulation: flights without a failure in time, their spread, f(n), coverage; and all plots by name.
 
-use super::plot::{BOUND, Drawn, FALSE, INK, RIGHT, mesh, svg};
+use super::plot::{BOUND, Chart, Drawn, FALSE, INK, RIGHT, legend, mesh, named_line, svg};
 use super::simulated_failures::failures;
 use crate::coupling::Sequential;
 use crate::navigate::Mode;
@@ -8,7 +8,7 @@ use crate::trial::simulation::{CHECKPOINTS, Comparison, Flown, Summary};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type LinearChart<'a, 'b> = Chart<'a, 'b, RangedCoordf64, RangedCoordf64>;
 
 /// Scenarios that are told apart by colour.
 const COLOURS: [RGBColor; 6] =
@@ -36,8 +36,8 @@ fn name(variation: &str, mode: Mode) -> String {
 fn plot(
     [left, right, bottom, top]: [f64; 4],
     [x, y]: [&str; 2],
-    legend: Option<SeriesLabelPosition>,
-    draw: impl FnOnce(&mut Chart) -> Drawn,
+    position: Option<SeriesLabelPosition>,
+    draw: impl FnOnce(&mut LinearChart) -> Drawn,
 ) -> String {
     svg(SIZE, |area| {
         let mut chart = ChartBuilder::on(area)
@@ -47,13 +47,7 @@ fn plot(
             .build_cartesian_2d(left..right, bottom..top)?;
         mesh(&mut chart, x, y)?;
         draw(&mut chart)?;
-        let Some(position) = legend else { return Ok(()) };
-        chart
-            .configure_series_labels()
-            .position(position)
-            .label_font(("sans-serif", 13).into_font().color(&INK))
-            .border_style(INK.mix(0.2))
-            .draw()
+        position.map_or(Ok(()), |position| legend(&mut chart, position))
     })
 }
 
@@ -81,10 +75,7 @@ fn survival(flown: &[Flown]) -> Option<String> {
             firsts.sort_by(f64::total_cmp);
             let left = |t: f64| 1.0 - firsts.partition_point(|first| *first <= t) as f64 / f.tallies.len() as f64;
             let simulated = (0..=120).map(|k| (at(k), left(at(k) * scale_s)));
-            chart
-                .draw_series(LineSeries::new(simulated, colour.stroke_width(3)))?
-                .label(name(&f.variation, f.mode))
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
+            named_line(chart, &name(&f.variation, f.mode), colour, simulated)?;
         }
         Ok(())
     }))
@@ -188,10 +179,7 @@ fn coverage(summaries: &[Summary]) -> Option<String> {
             let at = |k: usize| (k + 1) as f64 / CHECKPOINTS as f64;
             let points: Vec<(f64, f64)> =
                 score.coverage_over_time.iter().enumerate().filter_map(|(k, c)| Some((at(k), (*c)?))).collect();
-            chart
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-                .label(name(&s.variation, s.mode))
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+            named_line(chart, &name(&s.variation, s.mode), colour, points)?;
         }
         Ok(())
     }))

@@ -73,11 +73,21 @@ impl<'a> Case<'a> {
 
     fn bound_work(&self) -> Result<(), String> {
         let (scenario, mission_s) = (self.scenario, self.plan.mission_s);
-        let search_s = scenario.execution.constant_s + scenario.execution.seconds_per_tile;
+        // The least that a search reads: its image, or, off the map, one tile.
+        let image_m2 = scenario.aircraft.across_m * scenario.aircraft.along_m;
+        let least_images = match self.ground {
+            Ground::Endless => 1.0,
+            Ground::Stored(ground) => (ground.tile_m * ground.tile_m / image_m2).min(1.0),
+        };
+        let search_s = scenario.execution.constant_s + scenario.execution.seconds_per_tile * least_images;
         let shortest_s = whole_intervals(search_s, scenario.aircraft.image_interval_s).max(search_s);
-        let is_sequential = self.mode == Mode::Sequential;
-        let between_s = if is_sequential { self.plan.relative_count as f64 * scenario.step_s() } else { 0.0 };
-        let registrations = f64::from(scenario.runs) * mission_s / (shortest_s + between_s);
+        let least_count = match (self.mode, scenario.failures.after) {
+            (Mode::Sequential, AfterFailure::Retry) => self.plan.relative_count.min(1),
+            (Mode::Sequential, _) => self.plan.relative_count,
+            _ => 0,
+        };
+        let registrations =
+            f64::from(scenario.runs) * mission_s / (shortest_s + least_count as f64 * scenario.step_s());
         let most = match (self.ground, self.mode) {
             (Ground::Endless, _) => MOST_REGISTRATIONS,
             (Ground::Stored(_), Mode::Combined) => MOST_OUTLINES,
@@ -86,7 +96,8 @@ impl<'a> Case<'a> {
         if registrations > most && self.mode != Mode::RelativeOnly {
             return Err(format!("runs: {registrations:.1e} absolute registrations may come, of at most {most:.0e}"));
         }
-        let images = scenario.covariance.as_ref().map_or(0.0, |c| f64::from(c.runs) * mission_s / scenario.step_s());
+        let image_s = if self.mode == Mode::Parallel { shortest_s.min(scenario.step_s()) } else { scenario.step_s() };
+        let images = scenario.covariance.as_ref().map_or(0.0, |c| f64::from(c.runs) * mission_s / image_s);
         if images > MOST_IMAGES {
             return Err(format!("covariance.runs: {images:.1e} images, of at most {MOST_IMAGES:.0e}"));
         }

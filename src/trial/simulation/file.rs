@@ -2,6 +2,7 @@
 
 use super::scenario::Scenario;
 use crate::trial::TrialError;
+use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -26,11 +27,12 @@ pub struct Variation {
 pub fn read_simulation(path: &Path) -> Result<Vec<Variation>, TrialError> {
     let unreadable = |cause| TrialError::Unreadable { path: path.into(), cause };
     let refuse = |reason: String| TrialError::NotASimulation { path: path.into(), reason };
-    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-    if bytes > MOST_BYTES {
-        return Err(refuse(format!("{bytes} bytes, of at most {MOST_BYTES}")));
+    let mut text = String::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(MOST_BYTES + 1).read_to_string(&mut text).map_err(unreadable)?;
+    if text.len() as u64 > MOST_BYTES {
+        return Err(refuse(format!("more than {MOST_BYTES} bytes")));
     }
-    let text = std::fs::read_to_string(path).map_err(unreadable)?;
     let mut variations = parse(&text).map_err(refuse)?;
     for store in variations.iter_mut().filter_map(|v| v.scenario.store.as_mut()) {
         store.path = store.path.take().map(|file| path.parent().unwrap_or(Path::new("")).join(file));
