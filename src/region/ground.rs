@@ -240,11 +240,12 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
             drifted(inaccuracy_m, parallel_drift_m(unit_drift_m, execution_s, relative_s))
         }
         Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m: radius_m } => {
-            let length_m = (speed_mps * execution_s).max(LEAST_LENGTH_M);
+            let flown_m = speed_mps * execution_s;
+            let length_m = flown_m.max(LEAST_LENGTH_M);
             let outline = reachable_outline(Flight { length_m, radius_m, across_m, along_m }, inaccuracy_m);
             let area_m2 = weighted_area(&outline, |_| 1.0);
             // Also where a length is none that the models take (1e-9 to 1e9).
-            let by_paper = nominal_count_combined(across_m, along_m, length_m, radius_m);
+            let by_paper = nominal_count_combined(across_m, along_m, flown_m, radius_m);
             let count = by_paper.ok().flatten().unwrap_or(area_m2 / (across_m * along_m));
             (polygon(&outline, heading_rad), count)
         }
