@@ -1,6 +1,7 @@
 //! `Outlet`: a file that comes into being whole. It is written beside its place, synced and renamed; the folder is synced too.
 
 use super::PackageError;
+use crate::store::refuse_side_files;
 use std::fs::{File, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -70,9 +71,10 @@ impl Outlet {
     /// Syncs it, gives it its name, and syncs the folder.
     ///
     /// # Errors
-    /// Where the system fails; the place is then as it was, or (where only the folder's sync failed) holds the new file.
+    /// Where a side file of another store stands beside the place (SQLite would take it for the new one's). Where the system fails; the place is then as it was, or (where only the folder's sync failed) holds the new file.
     pub fn publish(mut self) -> Result<(), PackageError> {
         let fail = |e| PackageError::io(&self.place, e);
+        refuse_side_files(&self.place)?;
         self.lock.sync_all().map_err(fail)?;
         std::fs::rename(&self.beside, &self.place).map_err(fail)?;
         self.published = true;
@@ -88,6 +90,14 @@ impl Drop for Outlet {
             let _ = std::fs::remove_file(&self.beside);
         }
     }
+}
+
+/// Size of a file, bytes.
+///
+/// # Errors
+/// Where the system fails.
+pub fn size_of(path: &Path) -> Result<u64, PackageError> {
+    Ok(std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?.len())
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

@@ -30,13 +30,13 @@ mod window;
 mod witness;
 mod writer;
 
-pub use connection::{APPLICATION_ID, USER_VERSION, settle};
+pub use connection::{APPLICATION_ID, USER_VERSION, refuse_side_files, settle};
 pub use content::{Child, TileContent, cells_blob};
 pub use damage::Damage;
 pub use digest::{content_hash, hash_source, hex};
 pub use draft::Draft;
 pub use error::StoreError;
-pub use extract::{Extract, LayerPart};
+pub use extract::{Extract, LayerHead, LayerPart};
 pub use footprint::Footprint;
 pub use imagery::{EncodedTile, JPEG_QUALITY, decode, encode, media_type};
 pub use layer::{Layer, check_name};

@@ -291,13 +291,7 @@ fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
         };
         place_content(connection, layer, &placed)?;
     }
-    connection
-        .prepare_cached(
-            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
-             VALUES (?1, ?2, ?3, ?4, ?5)",
-        )?
-        .execute(params![layer, tile.zoom(), tile.row(), tile.column(), built.inputs_hash])?;
-    Ok(())
+    finish::note_inputs(connection, layer, tile, &built.inputs_hash)
 }
 
 /// What goes into the tables of one tile.
