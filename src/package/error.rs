@@ -60,12 +60,6 @@ pub enum PackageError {
         /// Both.
         path: PathBuf,
     },
-    /// Another run writes to the same place.
-    #[error("{path}: another run of overfly is writing this file: wait for it", path = path.display())]
-    Occupied {
-        /// The place.
-        path: PathBuf,
-    },
     /// A key is never overwritten.
     #[error("{path}: exists, and a key is never overwritten: choose another name", path = path.display())]
     KeyExists {
@@ -193,7 +187,6 @@ impl PackageError {
             Self::NothingInCorridor { .. } => "no_tile_in_corridor",
             Self::TooLarge { .. } => "too_large",
             Self::SameFile { .. } => "same_file",
-            Self::Occupied { .. } => "export_under_way",
             Self::KeyExists { .. } => "key_exists",
             Self::NotAKey { .. } => "not_a_key",
             Self::Unsigned { .. } => "unsigned_store",
@@ -215,7 +208,7 @@ impl PackageError {
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Store(e) => e.is_unusable_input(),
-            Self::Io { .. } | Self::Occupied { .. } | Self::Randomness { .. } => false,
+            Self::Io { .. } | Self::Randomness { .. } => false,
             _ => true,
         }
     }

@@ -3,12 +3,11 @@
 use super::corridor::Corridor;
 use super::coverage::{Coverage, coverage};
 use super::manifest::{ManifestLayer, ManifestRoute};
-use super::outlet::{Outlet, size_of};
 use super::sealed_file::write_seal;
 use super::selection::select;
 use super::shedding::shed;
 use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN, refuse_same_file};
-use crate::store::{Extract, LayerPart, Reader, TileSizes, hex};
+use crate::store::{Extract, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
 use serde::Serialize;
 use std::path::Path;
 

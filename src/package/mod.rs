@@ -13,7 +13,6 @@ mod freshness;
 mod key;
 mod manifest;
 mod onboard;
-mod outlet;
 mod patch;
 mod request;
 mod same_file;

@@ -218,7 +218,7 @@ pub fn side_files(path: &Path) -> [PathBuf; 2] {
 ///
 /// # Errors
 /// [`StoreError::SideFile`].
-pub fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
+pub(super) fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
     for side in side_files(path) {
         if std::fs::metadata(&side).is_ok_and(|m| m.len() > 0) {
             return Err(StoreError::SideFile { side });

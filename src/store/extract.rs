@@ -1,6 +1,7 @@
 //! `Extract`: a store being made of chosen tiles of another one. What is put in the same order becomes the same bytes.
 
 use super::connection::{self, file_uri};
+use super::content::{self, Child};
 use super::digest;
 use super::geometry;
 use super::layer::{self, Layer};
@@ -135,6 +136,14 @@ impl Extract {
             cells: tile.cells.as_deref(),
         };
         place_content(&self.connection, layer, &placed).map_err(|e| self.fail(e))
+    }
+
+    /// What an overview needs to know of a tile that was put; `None` where there is none.
+    ///
+    /// # Errors
+    /// Where SQLite fails.
+    pub fn child(&self, layer: &str, tile: TileId) -> Result<Option<Child>, StoreError> {
+        content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))
     }
 
     /// Notes what a tile was made from, so that a build need not make it again.

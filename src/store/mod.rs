@@ -20,6 +20,7 @@ mod layer;
 mod level;
 mod manifest;
 mod migration;
+mod outlet;
 mod reader;
 mod shelf;
 mod source;
@@ -30,7 +31,7 @@ mod window;
 mod witness;
 mod writer;
 
-pub use connection::{APPLICATION_ID, USER_VERSION, refuse_side_files, settle};
+pub use connection::{APPLICATION_ID, USER_VERSION, settle};
 pub use content::{Child, TileContent, cells_blob};
 pub use damage::Damage;
 pub use digest::{content_hash, hash_source, hex};
@@ -42,6 +43,7 @@ pub use imagery::{EncodedTile, JPEG_QUALITY, decode, encode, media_type};
 pub use layer::{Layer, check_name};
 pub use level::LevelDigests;
 pub use migration::FORMAT_VERSION;
+pub use outlet::{Outlet, size_of};
 pub use reader::Reader;
 pub use source::Source;
 pub use stored_tile::{StoredTile, TileSizes};
@@ -49,6 +51,7 @@ pub use verify::{BadTile, Verification, verify};
 pub use writer::{BuiltTile, Declaration, Writer, remove_layer};
 
 use crate::feature::keypoint::CONTRACT;
+use connection::refuse_side_files;
 use rusqlite::Connection;
 use std::path::Path;
 

@@ -1,14 +1,13 @@
 //! `apply`: makes the new store of the old one and a patch, beside its place, proves it, and puts it there.
 
-use super::diff::{finished, footprints, inputs, refuse_unfinished, stored};
+use super::diff::{inputs, stored};
 use super::header::{PatchHeader, PatchLayer};
 use super::patch_file::{self, FileRecords, refused};
 use super::record::{InputsRecord, Malformed, Part, PutTile, TileRecord};
 use crate::package::onboard::{agrees, prove};
-use crate::package::outlet::{Outlet, size_of};
 use crate::package::sealed_file::{file_is_sealed_by, put_seal, read_seal};
 use crate::package::{Manifest, PackageError, PublicKey, SEAL_LEN, Seal, refuse_same_file};
-use crate::store::{Extract, Reader, StoredTile, content_hash, media_type};
+use crate::store::{Extract, Outlet, Reader, StoredTile, content_hash, media_type, size_of};
 use serde::Serialize;
 use std::path::Path;
 
@@ -106,7 +105,7 @@ fn is_result(store: &Reader, header: &PatchHeader, seal: Option<&Seal>) -> Resul
 }
 
 fn base_tiles(store: &Reader) -> u64 {
-    finished(store).map(|l| l.tiles).sum()
+    store.finished_layers().map(|l| l.tiles).sum()
 }
 
 fn check_base(base: &Reader, header: &PatchHeader, store: &Path) -> Result<(), PackageError> {
@@ -118,7 +117,7 @@ fn check_base(base: &Reader, header: &PatchHeader, store: &Path) -> Result<(), P
         let reason = "the patch is of another version of overfly".into();
         return Err(PackageError::OtherResult { path: store.into(), reason });
     }
-    Ok(refuse_unfinished(base)?)
+    Ok(base.require_settled()?)
 }
 
 /// Writes the new store beside its place; an exported one byte for byte.
@@ -178,7 +177,7 @@ impl Making<'_> {
 
     /// The base's tiles and the patch's, in order.
     fn tiles(&mut self, name: &str, records: &mut FileRecords) -> Result<(), PackageError> {
-        let mut old = footprints(self.base, name)?.into_iter().map(|f| f.tile).peekable();
+        let mut old = self.base.all_footprints(name)?.into_iter().map(|f| f.tile).peekable();
         loop {
             let record = records.tile().map_err(|e| refused(self.request.patch, e))?;
             let next = record.as_ref().map(TileRecord::tile);

@@ -4,10 +4,9 @@ use super::changes::{Change, changes};
 use super::header::{PatchHeader, PatchLayer, SealedResult};
 use super::patch_file;
 use super::record::{InputsRecord, Part, PutTile, TileRecord, write_end};
-use crate::package::outlet::{Outlet, size_of};
 use crate::package::sealed_file::read_seal;
 use crate::package::{PackageError, refuse_same_file};
-use crate::store::{Draft, Footprint, Layer, LayerHead, Reader, StoreError, StoredTile};
+use crate::store::{Draft, Layer, LayerHead, Outlet, Reader, StoreError, StoredTile, size_of};
 use crate::tile::TileId;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -56,12 +55,12 @@ struct Pair<'a> {
 /// # Errors
 /// Where a store cannot be read.
 pub fn diff(old: &Reader, new: &Reader) -> Result<Difference, PackageError> {
-    let mut names: Vec<&str> = finished(old).chain(finished(new)).map(|l| l.name.as_str()).collect();
+    let mut names: Vec<&str> = old.finished_layers().chain(new.finished_layers()).map(|l| l.name.as_str()).collect();
     names.sort_unstable();
     names.dedup();
     let mut layers = Vec::new();
     for name in names {
-        let (before, after) = (footprints(old, name)?, footprints(new, name)?);
+        let (before, after) = (old.all_footprints(name)?, new.all_footprints(name)?);
         let found = changes(&before, &after);
         let count = |wanted: fn(&Change) -> bool| found.iter().filter(|c| wanted(c)).count();
         let (added, changed) = (count(|c| matches!(c, Change::Added(_))), count(|c| matches!(c, Change::Changed(_))));
@@ -85,7 +84,7 @@ pub fn write_patch(
 ) -> Result<Difference, PackageError> {
     for store in [old, new] {
         refuse_same_file(store.path(), out)?;
-        refuse_unfinished(store)?;
+        store.require_settled()?;
     }
     let mut difference = diff(old, new)?;
     let outlet = Outlet::at(out)?;
@@ -145,7 +144,7 @@ impl Pair<'_> {
             (Some(manifest), Some((seal, _))) => Some(SealedResult::of(manifest, &seal)),
             _ => None,
         };
-        let layers = finished(self.new).map(|layer| self.layer(layer)).collect::<Result<_, _>>()?;
+        let layers = self.new.finished_layers().map(|layer| self.layer(layer)).collect::<Result<_, _>>()?;
         Ok(PatchHeader {
             store_format: self.new.format_version(),
             descriptor_contract: self.new.descriptor_contract().into(),
@@ -172,7 +171,7 @@ impl Pair<'_> {
         layer: &str,
         told: &mut dyn FnMut(),
     ) -> Result<(), PackageError> {
-        for change in changes(&footprints(self.old, layer)?, &footprints(self.new, layer)?) {
+        for change in changes(&self.old.all_footprints(layer)?, &self.new.all_footprints(layer)?) {
             let record = match change {
                 Change::Gone(tile) => TileRecord::Gone(tile),
                 Change::Added(tile) => put(None, stored(self.new, layer, tile)?),
@@ -211,34 +210,10 @@ pub(super) fn stored(store: &Reader, layer: &str, tile: TileId) -> Result<Stored
     store.stored_tile(store.layer(layer)?, tile)?.ok_or_else(gone)
 }
 
-pub(super) fn finished(store: &Reader) -> impl Iterator<Item = &Layer> {
-    store.layers().iter().filter(|l| l.complete)
-}
-
-/// The footprints of a finished layer by tile; none where there is no such layer.
-pub(super) fn footprints(store: &Reader, name: &str) -> Result<Vec<Footprint>, StoreError> {
-    let Some(layer) = finished(store).find(|l| l.name == name) else { return Ok(Vec::new()) };
-    let mut all = Vec::new();
-    for zoom in layer.min_zoom..=layer.base_zoom {
-        all.extend(store.footprints(layer, zoom)?);
-    }
-    Ok(all)
-}
-
 /// What each tile of a finished layer was made from; nothing where there is no such layer.
 pub(super) fn inputs(store: &Reader, name: &str) -> Result<HashMap<TileId, [u8; 32]>, StoreError> {
-    if finished(store).all(|l| l.name != name) {
+    if store.finished_layers().all(|l| l.name != name) {
         return Ok(HashMap::new());
     }
     Ok(Draft::read(store.path(), name)?.inputs)
-}
-
-/// A build under way is in no digest, so no patch can be held against it.
-pub(super) fn refuse_unfinished(store: &Reader) -> Result<(), StoreError> {
-    for layer in store.layers() {
-        if !layer.complete || Draft::read(store.path(), &layer.name)?.pending {
-            return Err(StoreError::Unfinished { path: store.path().into(), layer: layer.name.clone() });
-        }
-    }
-    Ok(())
 }
