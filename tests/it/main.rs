@@ -19,6 +19,7 @@ mod http;
 mod injury;
 mod kill;
 mod layers;
+mod merge;
 mod motions;
 mod negatives;
 mod onboard;
