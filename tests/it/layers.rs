@@ -56,6 +56,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "store",
             "build",
             "locate",
+            "plan",
+            "package",
         ],
     ),
 ];

@@ -16,6 +16,7 @@ mod gdal;
 mod hostile_frames;
 mod hostile_orthophotos;
 mod http;
+mod http_exports;
 mod injury;
 mod kill;
 mod layers;
