@@ -31,7 +31,6 @@ fn service(service: Service) -> Router {
     router(ServiceState::new(Reader::open(drawn_store().path()).unwrap(), service, Limits::default()))
 }
 
-/// The runtime waits for the export that a request begins.
 fn send(app: &Router, request: Request<Body>) -> Reply {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
     runtime.block_on(async {
@@ -51,6 +50,18 @@ fn get(app: &Router, path: &str, range: Option<&str>) -> Reply {
     send(app, request.body(Body::empty()).unwrap())
 }
 
+/// Asks until the export is written or has failed.
+fn fetched(app: &Router, path: &str) -> Reply {
+    loop {
+        let reply = get(app, path, None);
+        if reply.status != StatusCode::ACCEPTED {
+            return reply;
+        }
+        assert_eq!(reply.json()["done"], false);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+}
+
 fn along(from_deg: [f64; 2], to_deg: [f64; 2], corridor_m: f64) -> Value {
     json!({"route": {"type": "LineString", "coordinates": [from_deg, to_deg]}, "corridor_m": corridor_m})
 }
@@ -63,7 +74,7 @@ fn the_file_is_that_of_the_command_and_comes_in_ranges() {
     assert_eq!(begun.status, StatusCode::ACCEPTED, "{}", begun.json());
     let place = begun.headers[LOCATION].to_str().unwrap().to_owned();
     assert_eq!(place, format!("/v1/exports/{}", begun.json()["id"].as_str().unwrap()));
-    let whole = get(&app, &place, None);
+    let whole = fetched(&app, &place);
     assert_eq!(
         (whole.status, &whole.headers[CONTENT_TYPE]),
         (StatusCode::OK, &"application/geopackage+sqlite3".parse().unwrap())
@@ -99,7 +110,7 @@ fn what_cannot_be_exported_is_told_without_the_servers_paths() {
     let app = service(Service::Preflight);
     let nowhere = post(&app, &along([1.0, 1.0], [1.1, 1.0], 300.0));
     assert_eq!(nowhere.status, StatusCode::ACCEPTED);
-    let failed = get(&app, nowhere.headers[LOCATION].to_str().unwrap(), None);
+    let failed = fetched(&app, nowhere.headers[LOCATION].to_str().unwrap());
     assert_eq!((failed.status.as_u16(), failed.code()), (422, "no_tile_in_corridor".into()));
     assert!(!String::from_utf8_lossy(&failed.body).contains(drawn_store().path().to_str().unwrap()));
     // What failed is tried anew.
