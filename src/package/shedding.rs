@@ -4,6 +4,9 @@ use crate::store::{Layer, LayerPart};
 use crate::tile::{TileId, gsd_at};
 use serde::Serialize;
 
+/// JPEG qualities of imagery that is encoded anew to be smaller; stored it has 90. What they do to fixes: docs/reliability.md.
+const QUALITIES: [u8; 2] = [60, 40];
+
 /// One thing dropped, and what that costs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dropped {
@@ -13,14 +16,17 @@ pub struct Dropped {
     pub effect: String,
 }
 
-/// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then whole
-/// layers, the oldest first (of unknown date before all others), down to one; then its finest level, again and again, down to
+/// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then imagery's
+/// quality; then whole layers, the oldest first (of unknown date before all others), down to one; then its finest level, again and again, down to
 /// one level. `None` where nothing is left that may be dropped.
 pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     if parts.iter().any(|p| p.with_descriptors) {
         parts.iter_mut().for_each(|p| p.with_descriptors = false);
         let effect = "none on fixes; /descriptors of a tile answers 404, and content hashes differ from the source's";
         return Some(Dropped { what: "keypoint descriptors".into(), effect: effect.into() });
+    }
+    if let Some(dropped) = shed_quality(parts) {
+        return Some(dropped);
     }
     if parts.len() > 1 {
         return shed_layer(parts, layers);
@@ -42,6 +48,14 @@ pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     let finest = part.base_zoom;
     part.tiles.retain(|t: &TileId| t.zoom() <= finest);
     Some(dropped)
+}
+
+fn shed_quality(parts: &mut [LayerPart]) -> Option<Dropped> {
+    let finer = |part: &LayerPart, quality: u8| part.jpeg_quality.is_none_or(|q| q > quality);
+    let quality = QUALITIES.into_iter().find(|q| parts.iter().any(|p| finer(p, *q)))?;
+    parts.iter_mut().filter(|p| finer(p, quality)).for_each(|p| p.jpeg_quality = Some(quality));
+    let effect = "none on fixes that was seen down to a quality of 40; tiles with missing pixels stay as they are";
+    Some(Dropped { what: format!("imagery's quality: JPEG {quality} instead of 90"), effect: effect.into() })
 }
 
 fn shed_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
@@ -87,11 +101,14 @@ mod tests {
             min_zoom: 13,
             tiles: tiles.clone(),
             with_descriptors: true,
+            jpeg_quality: None,
         };
         let mut parts: Vec<_> = layers.iter().map(part).collect();
         let told: Vec<String> = std::iter::from_fn(|| shed(&mut parts, &layers)).map(|d| d.what).collect();
         let expected = [
             "keypoint descriptors",
+            "imagery's quality: JPEG 60 instead of 90",
+            "imagery's quality: JPEG 40 instead of 90",
             "layer c (unknown date)",
             "layer b (imagery up to 2010-01-01)",
             "level 14 of layer a",

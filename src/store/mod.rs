@@ -43,7 +43,7 @@ pub use imagery::{EncodedTile, JPEG_QUALITY, decode, encode, media_type};
 pub use layer::{Layer, check_name};
 pub use level::LevelDigests;
 pub use migration::FORMAT_VERSION;
-pub use outlet::{Outlet, size_of};
+pub use outlet::{Outlet, is_same_file, size_of};
 pub use reader::Reader;
 pub use source::Source;
 pub use stored_tile::{StoredTile, TileSizes};

@@ -29,6 +29,7 @@ pub fn request(routes: Vec<Route>, corridor_m: f64) -> ExportRequest {
         calibration: None,
         layers: Vec::new(),
         max_bytes: None,
+        jpeg_quality: None,
         valid_until: None,
         key: None,
     }
@@ -334,8 +335,14 @@ fn drops_in_the_stated_order_and_refuses_what_cannot_be_made_so_small() {
     let smaller = export_to(store, &with(whole.bytes - 1), &out);
     assert_eq!(smaller.dropped.iter().map(|d| d.what.as_str()).collect::<Vec<_>>(), ["keypoint descriptors"]);
     assert!(smaller.bytes < whole.bytes && smaller.bytes == std::fs::metadata(&out).unwrap().len());
-    let coarser = export_to(store, &with(smaller.bytes - 1), &out);
-    assert!(coarser.dropped[1].what.starts_with("level 1") && coarser.dropped[1].effect.contains("pixels are"));
+    let rougher = export_to(store, &with(smaller.bytes - 1), &out);
+    assert!(rougher.dropped[1].what.contains("JPEG 60") && rougher.bytes < smaller.bytes, "{rougher:?}");
+    let imagery = |e: &Exported| e.parts.iter().map(|p| p.bytes.imagery).sum::<u64>();
+    assert!(imagery(&rougher) < imagery(&smaller));
+    let roughest = export_to(store, &with(rougher.bytes - 1), &out);
+    assert!(roughest.dropped[2].what.contains("JPEG 40") && roughest.bytes < rougher.bytes, "{roughest:?}");
+    let coarser = export_to(store, &with(roughest.bytes - 1), &out);
+    assert!(coarser.dropped[3].what.starts_with("level 1") && coarser.dropped[3].effect.contains("pixels are"));
     let cut = Reader::open(&out).unwrap();
     assert_eq!(cut.layer("ortho").unwrap().base_zoom + 1, store.layer("ortho").unwrap().base_zoom);
     assert!(cut.manifest().unwrap().contains("keypoint descriptors"));
