@@ -1,6 +1,7 @@
 //! `ServerError`: every way in which a request can fail, and the one place where failures become status codes.
 
 use super::form::FormError;
+use super::problem::without_path;
 use super::query::QueryError;
 use crate::camera::CameraError;
 use crate::locate::LocateError;
@@ -41,6 +42,8 @@ pub(super) enum ServerError {
     NoRoute,
     #[error("this path does not take that method; /openapi.json lists what it takes")]
     Method,
+    #[error("not ready: {reason}")]
+    NotReady { code: &'static str, reason: String },
     #[error("as many uploads as the service holds are in progress: try again")]
     Busy,
     #[error("no answer within {limit_s} s: ask for less, or try again when fewer ask")]
@@ -84,9 +87,19 @@ impl ServerError {
             }
             Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute => StatusCode::NOT_FOUND,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Busy | Self::TimeLimit { .. } => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Busy | Self::TimeLimit { .. } | Self::NotReady { .. } => StatusCode::SERVICE_UNAVAILABLE,
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
         }
+    }
+
+    /// A failure as the reason why the service is not ready; logged here in full.
+    pub(super) fn not_ready(self) -> Self {
+        tracing::warn!(code = self.code(), "not ready: {self}");
+        let reason = match &self {
+            Self::Store(error) => without_path(error),
+            other => other.to_string(),
+        };
+        Self::NotReady { code: self.code(), reason }
     }
 
     /// The stable code word.
@@ -106,6 +119,7 @@ impl ServerError {
             Self::Path(_) => "path",
             Self::NoRoute => "no_such_route",
             Self::Method => "method_not_allowed",
+            Self::NotReady { code, .. } => code,
             Self::Busy => "busy",
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",
@@ -145,7 +159,10 @@ fn locate_status(error: &LocateError) -> StatusCode {
     match error {
         LocateError::Store(error) => store_status(error),
         LocateError::GivenUp => StatusCode::SERVICE_UNAVAILABLE,
-        LocateError::Camera(_) | LocateError::Parameter { .. } | LocateError::TooWide { .. } => StatusCode::BAD_REQUEST,
+        LocateError::Camera(_)
+        | LocateError::Parameter { .. }
+        | LocateError::TooWide { .. }
+        | LocateError::NoRoom { .. } => StatusCode::BAD_REQUEST,
     }
 }
 

@@ -26,6 +26,7 @@ mod problem;
 mod query;
 mod router;
 mod state;
+mod supervisor;
 mod tiles;
 mod work;
 
@@ -35,3 +36,4 @@ pub use motions::{MotionParameters, MotionReply};
 pub use problem::Problem;
 pub use router::router;
 pub use state::{Limits, Service, ServiceState};
+pub use supervisor::{Environment, Supervisor};

@@ -7,7 +7,6 @@ use axum::http::{Request, StatusCode};
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use std::ffi::{OsStr, OsString};
-use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::sync::Arc;
@@ -98,10 +97,21 @@ impl Supervisor {
 /// The address that `NOTIFY_SOCKET` states.
 fn address(text: &OsStr) -> Option<SocketAddr> {
     match text.as_bytes() {
-        [b'@', name @ ..] => SocketAddr::from_abstract_name(name).ok(),
+        [b'@', name @ ..] => abstract_address(name),
         [b'/', ..] => SocketAddr::from_pathname(text).ok(),
         _ => None,
     }
+}
+
+#[cfg(target_os = "linux")]
+fn abstract_address(name: &[u8]) -> Option<SocketAddr> {
+    use std::os::linux::net::SocketAddrExt;
+    SocketAddr::from_abstract_name(name).ok()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn abstract_address(_: &[u8]) -> Option<SocketAddr> {
+    None
 }
 
 /// Whether the service is ready; else why not.
@@ -144,13 +154,14 @@ mod tests {
         String::from_utf8(bytes[..n].to_vec()).unwrap()
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn tells_whether_by_a_path_or_an_abstract_name() {
         let (_folder, socket, environment) = listener();
         Supervisor::of(&environment, 7).ready();
         assert_eq!(heard(&socket), "READY=1\nSTATUS=ready\n");
         let name = format!("overfly-test-{}", std::process::id());
-        let abstract_socket = UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(&name).unwrap()).unwrap();
+        let abstract_socket = UnixDatagram::bind_addr(&abstract_address(name.as_bytes()).unwrap()).unwrap();
         let environment = Environment { notify_socket: Some(format!("@{name}").into()), ..Environment::default() };
         Supervisor::of(&environment, 7).stopping();
         assert_eq!(heard(&abstract_socket), "STOPPING=1\nSTATUS=stopping\n");

@@ -41,6 +41,8 @@ pub(super) struct Work {
     questions: Arc<Semaphore>,
     registrations: Arc<Semaphore>,
     uploads: Arc<Semaphore>,
+    /// In KiB.
+    uploads_room: Arc<Semaphore>,
     time: Duration,
 }
 
@@ -51,6 +53,7 @@ impl Work {
             questions: places(limits.questions),
             registrations: places(limits.registrations),
             uploads: places(limits.uploads),
+            uploads_room: places(kib(limits.uploads_bytes) as usize),
             time: limits.answer_time,
         }
     }
@@ -98,11 +101,25 @@ impl Work {
         }
     }
 
-    /// A place to hold an upload in memory.
+    /// A place to hold an upload of at most so many bytes in memory.
     ///
     /// # Errors
     /// [`ServerError::Busy`] where all are taken.
-    pub(super) fn upload(&self) -> Result<OwnedSemaphorePermit, ServerError> {
-        self.uploads.clone().try_acquire_owned().map_err(|_| ServerError::Busy)
+    pub(super) fn upload(&self, bytes: usize) -> Result<Upload, ServerError> {
+        let busy = |_| ServerError::Busy;
+        let place = self.uploads.clone().try_acquire_owned().map_err(busy)?;
+        let room = self.uploads_room.clone().try_acquire_many_owned(kib(bytes)).map_err(busy)?;
+        Ok(Upload { _place: place, _room: room })
     }
+}
+
+/// A place for an upload; free again when dropped.
+#[derive(Debug)]
+pub(super) struct Upload {
+    _place: OwnedSemaphorePermit,
+    _room: OwnedSemaphorePermit,
+}
+
+fn kib(bytes: usize) -> u32 {
+    u32::try_from(bytes / 1024).unwrap_or(u32::MAX)
 }
