@@ -37,6 +37,8 @@ pub struct Plan<'a> {
     pub seed: u64,
     /// The store served and the sound one that it is a copy of, where tiles are to rot meanwhile.
     pub rotting: Option<(&'a Path, &'a Path)>,
+    /// Whether the ground over which fixes are asked for stays sound, so that all are found.
+    pub spares_landscape: bool,
 }
 
 /// Asks; memory is read after 1, 10, 50 and 100 % of the requests, and before the last two some more tiles rot.
@@ -49,7 +51,9 @@ pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> So
         let to = plan.requests * percent / 100;
         if let (Some(rot), Some((path, sound))) = (&rot, plan.rotting) {
             let count = if percent >= 50 { 3 } else { 1 };
-            damaged.extend(rot.damage(sound, path, count, percent as usize * 31, &|tile| is_landscape(tile)));
+            damaged.extend(rot.damage(sound, path, count, percent as usize * 31, &|tile| {
+                plan.spares_landscape && is_landscape(tile)
+            }));
         }
         tally = tally.with(run::ask(serving, questions, &damaged, from..to, plan.connections, plan.seed));
         // What clients left half done ends.
@@ -64,7 +68,7 @@ pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> So
     Soaked { tally, readings, lives: serving.lives() }
 }
 
-/// Whether a tile belongs to the ground over which fixes are asked for: these stay sound, so that fixes are found.
+/// Whether a tile belongs to the ground over which fixes are asked for.
 fn is_landscape(tile: TileId) -> bool {
     let c = tile.centre();
     (48.47..48.51).contains(&c.latitude_deg()) && (15.58..15.65).contains(&c.longitude_deg())
