@@ -66,7 +66,13 @@ fn main() -> anyhow::Result<ExitCode> {
     let since = Instant::now();
     let mut serving = start().map_err(anyhow::Error::msg)?;
     let rotting = (!args.in_place).then_some((copy.as_path(), args.db.as_path()));
-    let plan = Plan { requests: args.requests, connections: args.connections, seed: args.seed, rotting, spares_landscape: true };
+    let plan = Plan {
+        requests: args.requests,
+        connections: args.connections,
+        seed: args.seed,
+        rotting,
+        spares_landscape: true,
+    };
     let soaked = soak(&mut serving, &questions, &plan);
     drop(serving);
     let mut wrong = show(&soaked, since);

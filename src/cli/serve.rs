@@ -22,7 +22,8 @@ Examples:
 
 Onboard, an exported store's seal, manifest and signature and every footprint are proved before the service starts, a store past
 its last day is refused, and each tile's hash is proved when it is read: a damaged one is neither served nor matched, and
-/healthz says so. Age is judged at the start alone: nothing is taken away in flight.";
+/healthz says so. Age is judged at the start alone: nothing is taken away in flight. systemd is told of readiness, life and
+the end (Type=notify, WatchdogSec); docs/onboard.md has a unit.";
 
 /// Arguments.
 #[derive(clap::Args)]

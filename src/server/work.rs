@@ -123,3 +123,19 @@ pub(super) struct Upload {
 fn kib(bytes: usize) -> u32 {
     u32::try_from(bytes / 1024).unwrap_or(u32::MAX)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uploads_are_held_within_their_bytes_and_their_number() {
+        let work = Work::new(&Limits { uploads: 3, uploads_bytes: 100 << 10, ..Limits::default() });
+        let first = work.upload(60 << 10).unwrap();
+        assert!(matches!(work.upload(60 << 10), Err(ServerError::Busy)));
+        let second = work.upload(40 << 10).unwrap();
+        drop((first, second));
+        let few: Vec<_> = (0..3).map(|_| work.upload(10).unwrap()).collect();
+        assert!(matches!(work.upload(10), Err(ServerError::Busy)), "three are held: {}", few.len());
+    }
+}

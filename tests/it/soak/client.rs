@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -118,8 +118,6 @@ pub fn post(path: &str, parts: &[(&str, &[u8])]) -> Vec<u8> {
 pub struct Serving {
     child: Child,
     pub address: String,
-    /// What it wrote to standard error.
-    pub log: PathBuf,
 }
 
 impl Serving {
@@ -138,7 +136,7 @@ impl Serving {
         BufReader::new(out).read_line(&mut line).map_err(|e| e.to_string())?;
         let address = line.trim().strip_prefix("listening on http://").map(str::to_owned);
         match address {
-            Some(address) => Ok(Self { child, address, log: log.into() }),
+            Some(address) => Ok(Self { child, address }),
             None => {
                 let _ = child.kill();
                 let _ = child.wait();
