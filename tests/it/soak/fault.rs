@@ -135,7 +135,7 @@ fn injure(fault: Fault, sound: &Path, path: &Path) -> bool {
             file.set_len(file.metadata().unwrap().len() / 2).unwrap();
         }
         Fault::Unreadable => {
-            std::fs::set_permissions(path, Permissions::from_mode(0)).unwrap();
+            std::fs::set_permissions(path, Permissions::from_mode(0o000)).unwrap();
             // Root reads what nobody may.
             return !permissions_bind(path);
         }
