@@ -109,9 +109,10 @@ fn show(soaked: &Soaked, since: Instant) -> usize {
     tally.wrong.iter().take(20).for_each(|w| println!("  {w}"));
     for r in readings {
         println!(
-            "after {:>7}: resident {:.1} MB, at most {:.1} MB",
+            "after {:>7}: resident {:.1} MB (on average since the last reading {:.1} MB), at most {:.1} MB",
             r.asked,
             r.resident_kb as f64 / 1e3,
+            r.mean_resident_kb as f64 / 1e3,
             r.most_resident_kb as f64 / 1e3
         );
     }

@@ -56,6 +56,7 @@ fn mixed_requests_with_faults_get_right_answers_or_refusals() {
     assert!(count("Fix").right + count("Fix").busy == count("Fix").asked);
     let last = soaked.readings.last().unwrap();
     assert_eq!(last.asked, 1_500);
+    assert!(last.mean_resident_kb > 0 && last.mean_resident_kb <= last.most_resident_kb);
     assert!(last.resident_kb <= last.most_resident_kb && last.most_resident_kb < 200_000, "{last:?}");
     let health = String::from_utf8(serving.client().get("/healthz").unwrap().body).unwrap();
     assert!(health.starts_with("degraded\n"), "{health}");

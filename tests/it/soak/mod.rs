@@ -13,13 +13,17 @@ use question::Questions;
 use run::Tally;
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// The process at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading {
     pub asked: u64,
+    /// Once all requests have their answers.
     pub resident_kb: u64,
+    /// While they were asked since the last reading, the mean over time.
+    pub mean_resident_kb: u64,
     pub most_resident_kb: u64,
 }
 
@@ -55,17 +59,36 @@ pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> So
                 plan.spares_landscape && is_landscape(tile)
             }));
         }
-        tally = tally.with(run::ask(serving, questions, &damaged, from..to, plan.connections, plan.seed));
+        let (asking, watched_by) = (AtomicBool::new(true), &*serving);
+        let (asked, mean_resident_kb) = std::thread::scope(|scope| {
+            let watched = scope.spawn(|| mean_resident_kb(watched_by, &asking));
+            let asked = run::ask(watched_by, questions, &damaged, from..to, plan.connections, plan.seed);
+            asking.store(false, Ordering::Relaxed);
+            (asked, watched.join().unwrap())
+        });
+        tally = tally.with(asked);
         // What clients left half done ends.
         std::thread::sleep(Duration::from_secs(1));
         readings.push(Reading {
             asked: to,
             resident_kb: serving.memory_kb("VmRSS"),
+            mean_resident_kb,
             most_resident_kb: serving.memory_kb("VmHWM"),
         });
         from = to;
     }
     Soaked { tally, readings, lives: serving.lives() }
+}
+
+/// The mean of what is resident, read ten times a second for as long as is asked.
+fn mean_resident_kb(serving: &Serving, asking: &AtomicBool) -> u64 {
+    let (mut sum, mut count) = (0, 0);
+    while count == 0 || asking.load(Ordering::Relaxed) {
+        sum += serving.memory_kb("VmRSS");
+        count += 1;
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    sum / count
 }
 
 /// Whether a tile belongs to the ground over which fixes are asked for.
