@@ -96,6 +96,8 @@ impl ServerError {
     pub(super) fn not_ready(self) -> Self {
         tracing::warn!(code = self.code(), "not ready: {self}");
         let reason = match &self {
+            // SQLite's own words hold the path, which is no caller's business.
+            Self::Store(StoreError::Denied { .. }) => "no permission to read the store's file".to_owned(),
             Self::Store(error) => without_path(error),
             other => other.to_string(),
         };
