@@ -4,8 +4,9 @@ use crate::store::{Layer, LayerPart};
 use crate::tile::{TileId, gsd_at};
 use serde::Serialize;
 
-/// JPEG qualities of imagery that is encoded anew to be smaller; stored it has 90. What they do to fixes: docs/reliability.md.
-const QUALITIES: [u8; 2] = [60, 40];
+/// JPEG qualities of imagery that is encoded anew to be smaller (stored it has 90), and what of a hundred fixes over drawn ground of
+/// another season is then not had any more (docs/onboard.md).
+const QUALITIES: [(u8, u32); 2] = [(60, 5), (40, 10)];
 
 /// One thing dropped, and what that costs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -16,20 +17,20 @@ pub struct Dropped {
     pub effect: String,
 }
 
-/// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then imagery's
-/// quality; then whole layers, the oldest first (of unknown date before all others), down to one; then its finest level, again and again, down to
-/// one level. `None` where nothing is left that may be dropped.
+/// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then whole
+/// layers, the oldest first (of unknown date before all others), down to one; then its imagery's quality; then its finest
+/// level, again and again, down to one level. `None` where nothing is left that may be dropped.
 pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     if parts.iter().any(|p| p.with_descriptors) {
         parts.iter_mut().for_each(|p| p.with_descriptors = false);
         let effect = "none on fixes; /descriptors of a tile answers 404, and content hashes differ from the source's";
         return Some(Dropped { what: "keypoint descriptors".into(), effect: effect.into() });
     }
-    if let Some(dropped) = shed_quality(parts) {
-        return Some(dropped);
-    }
     if parts.len() > 1 {
         return shed_layer(parts, layers);
+    }
+    if let Some(dropped) = shed_quality(parts) {
+        return Some(dropped);
     }
     let part = parts.first_mut().filter(|p| p.base_zoom > p.min_zoom)?;
     let middle = part.tiles.iter().filter(|t| t.zoom() == part.base_zoom).nth(part.tiles.len() / 4);
@@ -52,10 +53,13 @@ pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
 
 fn shed_quality(parts: &mut [LayerPart]) -> Option<Dropped> {
     let finer = |part: &LayerPart, quality: u8| part.jpeg_quality.is_none_or(|q| q > quality);
-    let quality = QUALITIES.into_iter().find(|q| parts.iter().any(|p| finer(p, *q)))?;
+    let (quality, lost) = QUALITIES.into_iter().find(|(q, _)| parts.iter().any(|p| finer(p, *q)))?;
     parts.iter_mut().filter(|p| finer(p, quality)).for_each(|p| p.jpeg_quality = Some(quality));
-    let effect = "none on fixes that was seen down to a quality of 40; tiles with missing pixels stay as they are";
-    Some(Dropped { what: format!("imagery's quality: JPEG {quality} instead of 90"), effect: effect.into() })
+    let what = format!("imagery's quality: JPEG {quality} instead of 90");
+    let effect = format!(
+        "about {lost} in 100 fixes on ground that has changed are not had, and errors are a tenth larger; tiles with missing pixels stay as they are"
+    );
+    Some(Dropped { what, effect })
 }
 
 fn shed_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
@@ -107,10 +111,10 @@ mod tests {
         let told: Vec<String> = std::iter::from_fn(|| shed(&mut parts, &layers)).map(|d| d.what).collect();
         let expected = [
             "keypoint descriptors",
-            "imagery's quality: JPEG 60 instead of 90",
-            "imagery's quality: JPEG 40 instead of 90",
             "layer c (unknown date)",
             "layer b (imagery up to 2010-01-01)",
+            "imagery's quality: JPEG 60 instead of 90",
+            "imagery's quality: JPEG 40 instead of 90",
             "level 14 of layer a",
         ];
         assert_eq!(told, expected);
