@@ -20,7 +20,7 @@ diagonal, and a third of an image more. With --aircraft the corridor grows along
 registrations without any fix since the start.
 
 --max-bytes drops, only as far as needed: the keypoint descriptors (no fix uses them); whole layers, oldest first, down
-to one; its imagery's quality (JPEG 60, then 40); its finest levels. What was dropped and what that costs is printed and written down in the manifest.
+to one; its finest levels, down to one; its imagery's quality (JPEG 60, then 40). What was dropped and what that costs is printed and written down in the manifest.
 
 The file comes into being whole, by a rename; the same request gives the same bytes. It is sealed: `overfly verify` checks every
 byte of it, and no build writes to it.
