@@ -5,7 +5,7 @@
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use overfly::feature::keypoint::from_blob;
-use overfly::package::{Date, Manifest, PublicKey, SEAL_LEN, Seal, SecretKey, StalePolicy};
+use overfly::package::{Date, Manifest, PatchHeader, PublicKey, Records, SEAL_LEN, Seal, SecretKey, StalePolicy};
 use overfly::plan::Route;
 use overfly::raster::{FrameBounds, OpenOptions, Orthophoto, decode_frame_within};
 use overfly::server::{Limits, Service, ServiceState, router};
@@ -18,13 +18,14 @@ use tower::ServiceExt as _;
 type Target = fn(&[u8]);
 
 /// Name and body of every target.
-pub const TARGETS: [(&str, Target); 7] = [
+pub const TARGETS: [(&str, Target); 8] = [
     ("geotiff", geotiff),
     ("side_files", side_files),
     ("frame", frame),
     ("blobs", blobs),
     ("route", route),
     ("package", package),
+    ("patch", patch),
     ("http", http),
 ];
 
@@ -102,6 +103,26 @@ pub fn package(data: &[u8]) {
     }
     let _ = (PublicKey::from_pem(text), SecretKey::from_pem(text), PublicKey::from_hex(text));
     let _ = (text.parse::<StalePolicy>(), text.parse::<Date>(), Date::of_acquired(text));
+}
+
+/// A patch: its header and records; or, where it does not begin as one, records alone.
+pub fn patch(data: &[u8]) {
+    let mut rest = data;
+    if let Ok(header) = PatchHeader::read(&mut rest) {
+        let mut bytes = Vec::new();
+        header.write(&mut bytes).expect("writing to memory");
+        assert_eq!(PatchHeader::read(&mut &bytes[..]).expect("what was written"), header);
+    } else {
+        rest = data;
+    }
+    let mut records = Records::of(rest);
+    while let Ok(Some(record)) = records.tile() {
+        let mut bytes = Vec::new();
+        record.write(&mut bytes).expect("writing to memory");
+        let again = Records::of(&bytes[..]).tile().expect("what was written").expect("a record");
+        assert_eq!(again.tile(), record.tile());
+    }
+    while let Ok(Some(_)) = records.inputs() {}
 }
 
 /// A request to the onboard service, first line the path with its query, the rest a fix's request; over a store of one tile.

@@ -3,12 +3,14 @@
 mod exit;
 mod output;
 
+mod apply;
 mod build;
 mod calibrate;
 mod candidates;
 mod completions;
 mod cost;
 mod demo;
+mod diff;
 mod evaluate;
 mod evaluate_motions;
 mod experiment;
@@ -36,7 +38,7 @@ use std::process::ExitCode;
 
 /// What every command has in common.
 const HELP: &str = "\
-Before the flight: build, verify, evaluate, calibrate, experiment, plan, export. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
+Before the flight: build, verify, evaluate, calibrate, experiment, plan, export, diff, apply. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
 
   overfly demo                                       all of it, on the project's own tiles
   overfly build --db map.gpkg ORTHOPHOTOS            a store from files or folders
@@ -92,6 +94,10 @@ enum Command {
     Experiment(experiment::Args),
     /// Cut out what one flight needs, for the aircraft's storage.
     Export(Box<export::Args>),
+    /// Say how two stores differ, and write the patch that makes one of the other.
+    Diff(diff::Args),
+    /// Make the new store of the old one and a patch.
+    Apply(apply::Args),
     /// Make a pair of keys to sign exported stores with.
     Keygen(keygen::Args),
     /// Serve a store over HTTP.
@@ -149,6 +155,8 @@ pub fn run() -> ExitCode {
         Command::Calibrate(args) => calibrate::run(args, &output),
         Command::Experiment(args) => experiment::run(args, &output),
         Command::Export(args) => export::run(args, &output),
+        Command::Diff(args) => diff::run(args, &output),
+        Command::Apply(args) => apply::run(args, &output),
         Command::Keygen(args) => keygen::run(args, &output),
         Command::Serve(args) => serve::run(args, &output),
         Command::Completions(args) => completions::run(args, &output),

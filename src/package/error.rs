@@ -54,16 +54,10 @@ pub enum PackageError {
         /// What was asked.
         most: u64,
     },
-    /// The export would replace its source.
-    #[error("{path}: is the store that is exported from: choose another place", path = path.display())]
+    /// The result would replace what it is made from.
+    #[error("{path}: is what the result is made from: choose another place", path = path.display())]
     SameFile {
         /// Both.
-        path: PathBuf,
-    },
-    /// Another export to the same place is under way.
-    #[error("{path}: another export to this place is under way: wait for it", path = path.display())]
-    Occupied {
-        /// The place.
         path: PathBuf,
     },
     /// A key is never overwritten.
@@ -110,6 +104,38 @@ pub enum PackageError {
         /// The store.
         path: PathBuf,
         /// What does not agree.
+        reason: String,
+    },
+    /// A file that is no patch.
+    #[error("{path}: not a patch: {reason}; `overfly diff OLD NEW --out PATCH` makes one", path = path.display())]
+    NotAPatch {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A patch that is not what was written.
+    #[error("{path}: the patch was altered or cut short: it does not have the digest that it states; copy it again, or make it anew", path = path.display())]
+    AlteredPatch {
+        /// The patch.
+        path: PathBuf,
+    },
+    /// A patch for another store.
+    #[error("{path}: the patch is for another store: this one's digest is {found}, the patch is for {expected}; make a patch from this one", path = path.display())]
+    WrongBase {
+        /// The store.
+        path: PathBuf,
+        /// Its digest.
+        found: String,
+        /// That of the store that the patch is for.
+        expected: String,
+    },
+    /// A patch that does not lead where it says.
+    #[error("{path}: the patch does not make of it what it states: {reason}; the store is as it was: copy the new store whole", path = path.display())]
+    OtherResult {
+        /// The store.
+        path: PathBuf,
+        /// What is other.
         reason: String,
     },
     /// Past its date.
@@ -161,13 +187,16 @@ impl PackageError {
             Self::NothingInCorridor { .. } => "no_tile_in_corridor",
             Self::TooLarge { .. } => "too_large",
             Self::SameFile { .. } => "same_file",
-            Self::Occupied { .. } => "export_under_way",
             Self::KeyExists { .. } => "key_exists",
             Self::NotAKey { .. } => "not_a_key",
             Self::Unsigned { .. } => "unsigned_store",
             Self::WrongKey { .. } => "wrong_key",
             Self::AlteredManifest { .. } => "altered_manifest",
             Self::AlteredSeal { .. } => "altered_seal",
+            Self::NotAPatch { .. } => "not_a_patch",
+            Self::AlteredPatch { .. } => "altered_patch",
+            Self::WrongBase { .. } => "wrong_base",
+            Self::OtherResult { .. } => "other_result",
             Self::Expired { .. } => "expired_store",
             Self::Clock { .. } => "clock_implausible",
             Self::Stale { .. } => "stale_layer",
@@ -179,7 +208,7 @@ impl PackageError {
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Store(e) => e.is_unusable_input(),
-            Self::Io { .. } | Self::Occupied { .. } | Self::Randomness { .. } => false,
+            Self::Io { .. } | Self::Randomness { .. } => false,
             _ => true,
         }
     }

@@ -3,12 +3,11 @@
 use super::corridor::Corridor;
 use super::coverage::{Coverage, coverage};
 use super::manifest::{ManifestLayer, ManifestRoute};
-use super::outlet::Outlet;
 use super::sealed_file::write_seal;
 use super::selection::select;
 use super::shedding::shed;
-use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN};
-use crate::store::{Extract, LayerPart, Reader, TileSizes, hex};
+use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN, refuse_same_file};
+use crate::store::{Extract, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
 use serde::Serialize;
 use std::path::Path;
 
@@ -149,13 +148,9 @@ impl Writing<'_> {
             })?;
         }
         let manifest = manifest_of(&extract, self.store, self.request, dropped, self.corridor)?;
-        extract.finish(self.outlet.beside(), &manifest.to_text(), SEAL_LEN as u8)?;
+        extract.finish(self.outlet.beside(), Some(&manifest.to_text()), SEAL_LEN as u8)?;
         Ok(manifest)
     }
-}
-
-fn size_of(path: &Path) -> Result<u64, PackageError> {
-    Ok(std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?.len())
 }
 
 fn manifest_of(
@@ -219,9 +214,4 @@ fn parts_of(store: &Reader, chosen: &[LayerPart]) -> Result<Vec<Part>, PackageEr
 
 fn coverages(store: &Reader, request: &ExportRequest, chosen: &[LayerPart]) -> Result<Vec<Coverage>, PackageError> {
     chosen.iter().map(|part| coverage(store, store.layer(&part.name)?, request)).collect()
-}
-
-fn refuse_same_file(db: &Path, out: &Path) -> Result<(), PackageError> {
-    let same = std::fs::canonicalize(db).ok().zip(std::fs::canonicalize(out).ok()).is_some_and(|(a, b)| a == b);
-    if same { Err(PackageError::SameFile { path: out.into() }) } else { Ok(()) }
 }

@@ -1,5 +1,5 @@
-//! What an aircraft takes along: the part of a store that one flight needs, its manifest, seal and signature; and their
-//! verification, on the ground and onboard.
+//! What an aircraft takes along: the part of a store that one flight needs, its manifest, seal and signature; their
+//! verification, on the ground and onboard; and patches, which make a new store of an old one.
 //!
 //! Pure, without files: `corridor`'s geometry, `date`, `freshness`, `manifest`, `seal`. The rest reads and writes files.
 
@@ -13,8 +13,9 @@ mod freshness;
 mod key;
 mod manifest;
 mod onboard;
-mod outlet;
+mod patch;
 mod request;
+mod same_file;
 mod seal;
 mod sealed_file;
 mod selection;
@@ -31,8 +32,14 @@ pub use freshness::{Finding, StalePolicy, freshness};
 pub use key::{PublicKey, SecretKey, generate};
 pub use manifest::{Manifest, ManifestLayer};
 pub use onboard::{Onboard, open_onboard};
+pub use patch::{
+    Applied, ApplyRequest, Difference, InputsRecord, LayerDifference, Malformed, PatchHeader, PatchLayer, PatchPart,
+    PutTile, Records, SealedResult, TileRecord, apply, diff, write_patch,
+};
 pub use request::ExportRequest;
 pub use seal::{SEAL_LEN, Seal};
 pub use sealed_file::read_seal;
 pub use shedding::Dropped;
 pub use verify::{PackageVerification, Problem, Verify, verify_package};
+
+use same_file::refuse_same_file;

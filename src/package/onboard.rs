@@ -2,7 +2,7 @@
 
 use super::freshness::{Finding, StalePolicy, freshness};
 use super::sealed_file::read_seal;
-use super::{Date, Manifest, PackageError, PublicKey};
+use super::{Date, Manifest, PackageError, PublicKey, Seal};
 use crate::store::Reader;
 use std::collections::HashMap;
 use std::path::Path;
@@ -53,13 +53,26 @@ pub fn open_onboard(
 pub(super) fn proved_manifest(store: &Reader, required: Option<&PublicKey>) -> Result<Option<Manifest>, PackageError> {
     let path = store.path();
     let altered = |reason: &str| PackageError::AlteredSeal { path: path.into(), reason: reason.into() };
-    let (text, seal) = match (store.manifest(), read_seal(path)?) {
-        (None, None) if required.is_some() => return Err(PackageError::Unsigned { path: path.into() }),
-        (None, None) => return Ok(None),
-        (Some(_), None) => return Err(altered("the store holds a manifest, and has no seal")),
-        (None, Some(_)) => return Err(altered("the store has a seal, and holds no manifest")),
-        (Some(text), Some((seal, _))) => (text, seal),
-    };
+    match (store.manifest(), read_seal(path)?) {
+        (None, None) if required.is_some() => Err(PackageError::Unsigned { path: path.into() }),
+        (None, None) => Ok(None),
+        (Some(_), None) => Err(altered("the store holds a manifest, and has no seal")),
+        (None, Some(_)) => Err(altered("the store has a seal, and holds no manifest")),
+        (Some(text), Some((seal, _))) => prove(path, text, &seal, required).map(Some),
+    }
+}
+
+/// A manifest of its text, held against the seal and its signature; `path` is where both stand.
+///
+/// # Errors
+/// As [`open_onboard`].
+pub(super) fn prove(
+    path: &Path,
+    text: &str,
+    seal: &Seal,
+    required: Option<&PublicKey>,
+) -> Result<Manifest, PackageError> {
+    let altered = |reason: &str| PackageError::AlteredSeal { path: path.into(), reason: reason.into() };
     let reject = |reason: String| PackageError::AlteredManifest { path: path.into(), reason };
     if *blake3::hash(text.as_bytes()).as_bytes() != seal.manifest {
         return Err(reject("it does not have the digest that the seal states".into()));
@@ -82,7 +95,7 @@ pub(super) fn proved_manifest(store: &Reader, required: Option<&PublicKey>) -> R
             Err(altered("its signature is not that of the key that the manifest names"))
         }
         None if seal.is_signed() => Err(altered("it bears a signature, and the manifest names nobody who signed")),
-        _ => Ok(Some(manifest)),
+        _ => Ok(manifest),
     }
 }
 

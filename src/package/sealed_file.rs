@@ -38,9 +38,7 @@ pub fn read_seal(path: &Path) -> Result<Option<(Seal, Range<u64>)>, PackageError
 pub(super) fn write_seal(path: &Path, manifest: &str, key: Option<&SecretKey>) -> Result<Seal, PackageError> {
     let fail = |e| PackageError::io(path, e);
     let file = File::options().read(true).write(true).open(path).map_err(fail)?;
-    let mut header = [0; HEADER_LEN];
-    file.read_exact_at(&mut header, 0).map_err(fail)?;
-    let hole = place(&header).ok_or_else(|| fail(std::io::Error::other("SQLite reserved no space for the seal")))?;
+    let hole = hole_of(&file).map_err(fail)?;
     let digest = file_digest(path, hole.clone(), &|_| ()).map_err(fail)?;
     let mut seal = Seal { manifest: *blake3::hash(manifest.as_bytes()).as_bytes(), file: digest, signature: [0; 64] };
     if let Some(key) = key {
@@ -48,4 +46,32 @@ pub(super) fn write_seal(path: &Path, manifest: &str, key: Option<&SecretKey>) -
     }
     file.write_all_at(&seal.to_bytes(), hole.start).map_err(fail)?;
     Ok(seal)
+}
+
+/// Puts a seal that was made before into a store that was written with [`SEAL_LEN`] reserved bytes a page.
+///
+/// # Errors
+/// Where the file cannot be read or written.
+pub(super) fn put_seal(path: &Path, seal: &Seal) -> Result<(), PackageError> {
+    let fail = |e| PackageError::io(path, e);
+    let file = File::options().read(true).write(true).open(path).map_err(fail)?;
+    let hole = hole_of(&file).map_err(fail)?;
+    file.write_all_at(&seal.to_bytes(), hole.start).map_err(fail)
+}
+
+/// Whether a file bears this seal, and is what was sealed.
+///
+/// # Errors
+/// Where it cannot be read.
+pub(super) fn file_is_sealed_by(path: &Path, seal: &Seal) -> Result<bool, PackageError> {
+    let Some((found, hole)) = read_seal(path)? else { return Ok(false) };
+    let digest = file_digest(path, hole, &|_| ()).map_err(|e| PackageError::io(path, e))?;
+    Ok(found == *seal && digest == seal.file)
+}
+
+/// Where the seal of a store goes that was written with space for it.
+fn hole_of(file: &File) -> std::io::Result<Range<u64>> {
+    let mut header = [0; HEADER_LEN];
+    file.read_exact_at(&mut header, 0)?;
+    place(&header).ok_or_else(|| std::io::Error::other("SQLite reserved no space for the seal"))
 }

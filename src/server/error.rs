@@ -163,6 +163,7 @@ fn store_status(error: &StoreError) -> StatusCode {
         StoreError::LayerName { .. } => StatusCode::BAD_REQUEST,
         StoreError::Unfinished { .. } => StatusCode::CONFLICT,
         StoreError::Busy { .. }
+        | StoreError::Occupied { .. }
         | StoreError::HotJournal { .. }
         | StoreError::SideFile { .. }
         | StoreError::Changed { .. } => StatusCode::SERVICE_UNAVAILABLE,

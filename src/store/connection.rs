@@ -214,7 +214,11 @@ pub fn side_files(path: &Path) -> [PathBuf; 2] {
     })
 }
 
-fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
+/// Refuses a store beside which a journal or log stands that is not empty.
+///
+/// # Errors
+/// [`StoreError::SideFile`].
+pub(super) fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
     for side in side_files(path) {
         if std::fs::metadata(&side).is_ok_and(|m| m.len() > 0) {
             return Err(StoreError::SideFile { side });

@@ -8,6 +8,7 @@ use crate::feature::cells_of;
 use crate::feature::keypoint::{self, Keypoints};
 use crate::pixels::MaskedColour;
 use crate::tile::TileId;
+use rusqlite::{Connection, OptionalExtension, Row, params};
 
 /// What a tile with pixels holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,4 +94,35 @@ pub struct Child {
     pub acquired: Option<String>,
     /// As [`TileContent::horizontal_error_m`].
     pub horizontal_error_m: f64,
+}
+
+/// What an overview needs to know of a staged tile: the inner `None` where it has no pixel, the outer where it is not staged.
+pub(super) fn staged_child(
+    connection: &Connection,
+    layer: &str,
+    tile: TileId,
+) -> rusqlite::Result<Option<Option<Child>>> {
+    let sql = "SELECT tile_data, sources, acquired, horizontal_error_m FROM overfly_staged
+               WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4";
+    child(connection, sql, layer, tile)
+}
+
+/// What an overview needs to know of a tile in its place; `None` where there is none.
+pub(super) fn placed_child(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<Option<Child>> {
+    let sql = format!(
+        "SELECT t.tile_data, f.sources, f.acquired, f.horizontal_error_m FROM \"{layer}\" t
+         JOIN footprints f ON f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4
+         WHERE t.zoom_level = ?2 AND t.tile_row = ?3 AND t.tile_column = ?4"
+    );
+    Ok(child(connection, &sql, layer, tile)?.flatten())
+}
+
+fn child(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> rusqlite::Result<Option<Option<Child>>> {
+    let key = params![layer, tile.zoom(), tile.row(), tile.column()];
+    let read = |row: &Row<'_>| {
+        let image: Option<Vec<u8>> = row.get(0)?;
+        let Some(image) = image else { return Ok(None) };
+        Ok(Some(Child { image, sources: row.get(1)?, acquired: row.get(2)?, horizontal_error_m: row.get(3)? }))
+    };
+    connection.prepare_cached(sql)?.query_row(key, read).optional()
 }

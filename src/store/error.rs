@@ -168,6 +168,12 @@ pub enum StoreError {
         /// What the encoder says.
         reason: String,
     },
+    /// Another run writes to the same place.
+    #[error("{path}: another run of overfly is writing this file: wait for it", path = path.display())]
+    Occupied {
+        /// The place.
+        path: PathBuf,
+    },
     /// The system failed.
     #[error("{path}: {source}", path = path.display())]
     Io {
@@ -206,6 +212,7 @@ impl StoreError {
             Self::DiskFull { .. } => "disk_full",
             Self::Busy { .. } => "store_busy",
             Self::Superseded { .. } => "superseded",
+            Self::Occupied { .. } => "export_under_way",
             Self::Sealed { .. } => "sealed_store",
             Self::Changed { .. } => "store_changed",
             Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
@@ -222,6 +229,7 @@ impl StoreError {
             | Self::DiskFull { .. }
             | Self::Busy { .. }
             | Self::Superseded { .. }
+            | Self::Occupied { .. }
             | Self::Encode { .. }
             | Self::Io { .. }
             | Self::Sqlite { .. } => false,

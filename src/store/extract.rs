@@ -1,17 +1,35 @@
 //! `Extract`: a store being made of chosen tiles of another one. What is put in the same order becomes the same bytes.
 
 use super::connection::{self, file_uri};
+use super::content::{self, Child};
 use super::digest;
 use super::geometry;
 use super::layer::{self, Layer};
 use super::level::LevelDigests;
 use super::source::{self, Declared};
 use super::writer::{Declaration, Placed, place_content};
-use super::{Footprint, Reader, Source, StoreError, cells, finish, footprint, geopackage, manifest, reader};
+use super::{
+    Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, manifest, reader,
+};
 use crate::tile::TileId;
 use rusqlite::{Connection, OpenFlags, params};
+use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+
+/// What a layer is, but for its tiles and sources.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayerHead {
+    /// Its name.
+    pub name: String,
+    /// The finest level.
+    pub base_zoom: u8,
+    /// The coarsest level.
+    pub min_zoom: u8,
+    /// The base zoom that the user stated when it was built, where so.
+    pub zoom_override: Option<u8>,
+}
 
 /// What to take of one layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,8 +83,13 @@ impl Extract {
     /// Where a tile is damaged, a layer is taken twice, or the disk is full.
     pub fn copy(&mut self, from: &Reader, part: &LayerPart, mut progress: impl FnMut()) -> Result<(), StoreError> {
         let known = from.layer(&part.name)?;
-        let fail = |e| StoreError::sqlite(&self.draft.0, e);
-        self.begin_layer(part).map_err(fail)?;
+        let head = LayerHead {
+            name: part.name.clone(),
+            base_zoom: part.base_zoom,
+            min_zoom: part.min_zoom,
+            zoom_override: None,
+        };
+        self.begin_layer(&head)?;
         let mut seen = HashSet::new();
         for &tile in &part.tiles {
             let Some(mut stored) = from.stored_tile(known, tile)? else { continue };
@@ -76,39 +99,78 @@ impl Extract {
                     digest::content_hash(stored.media_type, &stored.image, &[], stored.cells.as_deref());
             }
             seen.extend(stored.footprint.sources.split(' ').map(str::to_owned));
-            let placed = Placed {
-                footprint: &stored.footprint,
-                image: &stored.image,
-                descriptors: stored.descriptors.as_deref(),
-                cells: stored.cells.as_deref(),
-            };
-            place_content(&self.connection, &part.name, &placed).map_err(fail)?;
+            self.put(&head.name, &stored)?;
             progress();
         }
         let sources = from.sources(known)?.into_iter().filter(|s| seen.contains(&digest::hex(&s.content_hash)));
-        self.end_layer(part, sources.map(without_folder).collect()).map_err(fail)
+        self.end_layer(&head, sources.map(without_folder).collect())
     }
 
-    fn begin_layer(&self, part: &LayerPart) -> rusqlite::Result<()> {
-        self.connection.execute_batch("BEGIN")?;
-        geopackage::create_tile_table(&self.connection, &part.name)?;
-        self.connection.execute(
-            "INSERT INTO overfly_layers (name, complete, base_zoom, min_zoom) VALUES (?1, 0, ?2, ?3)",
-            params![part.name, part.base_zoom, part.min_zoom],
-        )?;
-        Ok(())
+    /// Begins a layer, which shall get its tiles and [`Extract::end_layer`] before the next.
+    ///
+    /// # Errors
+    /// [`StoreError::LayerName`], where there is one of that name, or the disk is full.
+    pub fn begin_layer(&self, head: &LayerHead) -> Result<(), StoreError> {
+        layer::check_name(&head.name)?;
+        let begin = || -> rusqlite::Result<()> {
+            self.connection.execute_batch("BEGIN")?;
+            geopackage::create_tile_table(&self.connection, &head.name)?;
+            self.connection.execute(
+                "INSERT INTO overfly_layers (name, complete, base_zoom, min_zoom) VALUES (?1, 0, ?2, ?3)",
+                params![head.name, head.base_zoom, head.min_zoom],
+            )?;
+            Ok(())
+        };
+        begin().map_err(|e| self.fail(e))
     }
 
-    fn end_layer(&self, part: &LayerPart, mut sources: Vec<Source>) -> rusqlite::Result<()> {
+    /// Puts a tile as it is.
+    ///
+    /// # Errors
+    /// Where the layer has it already, or the disk is full.
+    pub fn put(&self, layer: &str, tile: &StoredTile) -> Result<(), StoreError> {
+        let placed = Placed {
+            footprint: &tile.footprint,
+            image: &tile.image,
+            descriptors: tile.descriptors.as_deref(),
+            cells: tile.cells.as_deref(),
+        };
+        place_content(&self.connection, layer, &placed).map_err(|e| self.fail(e))
+    }
+
+    /// What an overview needs to know of a tile that was put; `None` where there is none.
+    ///
+    /// # Errors
+    /// Where SQLite fails.
+    pub fn child(&self, layer: &str, tile: TileId) -> Result<Option<Child>, StoreError> {
+        content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))
+    }
+
+    /// Notes what a tile was made from, so that a build need not make it again.
+    ///
+    /// # Errors
+    /// Where the disk is full.
+    pub fn note_inputs(&self, layer: &str, tile: TileId, inputs_hash: &[u8; 32]) -> Result<(), StoreError> {
+        finish::note_inputs(&self.connection, layer, tile, inputs_hash).map_err(|e| self.fail(e))
+    }
+
+    /// Declares a layer finished.
+    ///
+    /// # Errors
+    /// Where a source is given twice, or the disk is full.
+    pub fn end_layer(&self, head: &LayerHead, mut sources: Vec<Source>) -> Result<(), StoreError> {
         sources.sort_by_key(|s| s.content_hash);
-        for one in &sources {
-            source::insert(&self.connection, &part.name, Declared::Finished, one)?;
-        }
-        let (layer, base_zoom, min_zoom) = (part.name.clone(), part.base_zoom, part.min_zoom);
-        let declaration = Declaration { layer, sources, zoom_override: None, base_zoom, min_zoom };
-        finish::declare(&self.connection, &declaration)?;
-        geopackage::declare_footprints(&self.connection)?;
-        self.connection.execute_batch("COMMIT")
+        let LayerHead { name, base_zoom, min_zoom, zoom_override } = head.clone();
+        let declaration = Declaration { layer: name, sources, zoom_override, base_zoom, min_zoom };
+        let end = || -> rusqlite::Result<()> {
+            for one in &declaration.sources {
+                source::insert(&self.connection, &declaration.layer, Declared::Finished, one)?;
+            }
+            finish::declare(&self.connection, &declaration)?;
+            geopackage::declare_footprints(&self.connection)?;
+            self.connection.execute_batch("COMMIT")
+        };
+        end().map_err(|e| self.fail(e))
     }
 
     /// The layers so far, by name.
@@ -144,15 +206,21 @@ impl Extract {
     }
 
     /// Writes the store to `target` (absent or empty), compact: table after table, without an unused page; each page ends
-    /// in `reserved` bytes that SQLite leaves alone, zeros. With it goes its manifest. Not yet synced.
+    /// in `reserved` bytes that SQLite leaves alone, zeros. With it goes its manifest, where it has one. Not yet synced.
     ///
     /// # Errors
     /// Where the disk is full.
-    pub fn finish(self, target: &Path, manifest: &str, reserved: u8) -> Result<(), StoreError> {
-        manifest::write(&self.connection, manifest).map_err(|e| StoreError::sqlite(&self.draft.0, e))?;
+    pub fn finish(self, target: &Path, manifest: Option<&str>, reserved: u8) -> Result<(), StoreError> {
+        if let Some(manifest) = manifest {
+            manifest::write(&self.connection, manifest).map_err(|e| self.fail(e))?;
+        }
         let uri = format!("{}?reserve={reserved}", file_uri(target));
         self.connection.execute("VACUUM INTO ?1", [uri]).map_err(|e| StoreError::sqlite(target, e))?;
         Ok(())
+    }
+
+    fn fail(&self, error: rusqlite::Error) -> StoreError {
+        StoreError::sqlite(&self.draft.0, error)
     }
 }
 

@@ -99,6 +99,22 @@ pub(super) fn clear_tile(connection: &Connection, layer: &str, tile: TileId) -> 
     Ok(())
 }
 
+/// Notes what a tile was made from.
+pub(super) fn note_inputs(
+    connection: &Connection,
+    layer: &str,
+    tile: TileId,
+    inputs_hash: &[u8; 32],
+) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
+             VALUES (?1, ?2, ?3, ?4, ?5)",
+        )?
+        .execute(params![layer, tile.zoom(), tile.row(), tile.column(), inputs_hash])?;
+    Ok(())
+}
+
 /// Forgets a build under way and what it staged.
 pub(super) fn clear_pending(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     for table in ["overfly_pending", "overfly_pending_sources", "overfly_staged"] {

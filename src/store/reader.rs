@@ -3,6 +3,7 @@
 use super::cells::CellCache;
 use super::connection::{self, Access};
 use super::damage::{Damage, DamageLog};
+use super::draft::Draft;
 use super::footprint::{self, Footprint};
 use super::ground::Ground;
 use super::layer::{self, Layer};
@@ -180,6 +181,24 @@ impl Reader {
         &self.layers
     }
 
+    /// The layers that answer queries, by name.
+    pub fn finished_layers(&self) -> impl Iterator<Item = &Layer> {
+        self.layers.iter().filter(|l| l.complete)
+    }
+
+    /// Refuses a store in which a build is under way: what was made so far is in no digest.
+    ///
+    /// # Errors
+    /// [`StoreError::Unfinished`].
+    pub fn require_settled(&self) -> Result<(), StoreError> {
+        for layer in &self.layers {
+            if !layer.complete || Draft::read(&self.path, &layer.name)?.pending {
+                return Err(StoreError::Unfinished { path: self.path.clone(), layer: layer.name.clone() });
+            }
+        }
+        Ok(())
+    }
+
     /// A complete layer by name.
     ///
     /// # Errors
@@ -246,6 +265,19 @@ impl Reader {
         let found = self.with(|c| collect(c, &sql, (&layer.name, zoom)))?;
         self.attest(layer, &found, |w| w.count_at(&layer.name, zoom))?;
         Ok(found)
+    }
+
+    /// Every footprint of a finished layer, by tile; none where there is no such layer.
+    ///
+    /// # Errors
+    /// Where the store is damaged.
+    pub fn all_footprints(&self, name: &str) -> Result<Vec<Footprint>, StoreError> {
+        let Some(layer) = self.finished_layers().find(|l| l.name == name) else { return Ok(Vec::new()) };
+        let mut all = Vec::new();
+        for zoom in layer.min_zoom..=layer.base_zoom {
+            all.extend(self.footprints(layer, zoom)?);
+        }
+        Ok(all)
     }
 
     /// One tile's footprint, or `None` where the layer has no such tile.

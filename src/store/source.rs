@@ -2,11 +2,13 @@
 
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::path::PathBuf;
 
 /// One orthophoto of a layer. Known by its content: the same bytes at another path are the same source.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Source {
     /// BLAKE3 of the file and of what stands beside it (world file, `.prj`).
     pub content_hash: [u8; 32],

@@ -4,7 +4,7 @@ use super::cells::TileCells;
 use super::footprint::{self, Footprint};
 use super::imagery::{self, EncodedTile};
 use super::level::LevelDigests;
-use super::{Layer, Reader, StoreError, cells, digest};
+use super::{Layer, Reader, StoreError, TileContent, cells, digest};
 use crate::feature::CellMap;
 use crate::pixels::MaskedColour;
 use crate::tile::TileId;
@@ -25,6 +25,19 @@ pub struct StoredTile {
     pub descriptors: Option<Vec<u8>>,
     /// Its cells; `None` in a layer built before there were cells.
     pub cells: Option<Vec<u8>>,
+}
+
+impl StoredTile {
+    /// A tile as it was made.
+    pub fn of(tile: TileId, made: TileContent) -> Self {
+        Self {
+            footprint: made.footprint(tile),
+            media_type: made.image.media_type,
+            image: made.image.bytes,
+            descriptors: made.descriptors,
+            cells: Some(made.cells),
+        }
+    }
 }
 
 /// Bytes that tiles take, by what they are.

@@ -3,7 +3,7 @@
 //! A layer that answers queries goes on answering with its old content until the transaction that finishes the build;
 //! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
 
-use super::content::{Child, TileContent};
+use super::content::{self, Child, TileContent};
 use super::footprint::Footprint;
 use super::geometry::polygon_blob;
 use super::layer;
@@ -98,27 +98,13 @@ impl Writer {
     /// Where the store is damaged.
     pub fn child(&self, tile: TileId) -> Result<Option<Child>, StoreError> {
         let layer = &self.declaration.layer;
-        let key = params![layer, tile.zoom(), tile.row(), tile.column()];
-        let read = |row: &rusqlite::Row<'_>| {
-            let image: Option<Vec<u8>> = row.get(0)?;
-            let Some(image) = image else { return Ok(None) };
-            Ok(Some(Child { image, sources: row.get(1)?, acquired: row.get(2)?, horizontal_error_m: row.get(3)? }))
-        };
-        let staged = "SELECT tile_data, sources, acquired, horizontal_error_m FROM overfly_staged
-                      WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4";
-        let placed = format!(
-            "SELECT t.tile_data, f.sources, f.acquired, f.horizontal_error_m FROM \"{layer}\" t
-             JOIN footprints f ON f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4
-             WHERE t.zoom_level = ?2 AND t.tile_row = ?3 AND t.tile_column = ?4"
-        );
         if self.staging {
-            let row = self.connection.prepare_cached(staged).and_then(|mut s| s.query_row(key, read).optional());
-            if let Some(child) = row.map_err(|e| self.fail(e))? {
+            let staged = content::staged_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
+            if let Some(child) = staged {
                 return Ok(child);
             }
         }
-        let row = self.connection.prepare_cached(&placed).and_then(|mut s| s.query_row(key, read).optional());
-        Ok(row.map_err(|e| self.fail(e))?.flatten())
+        content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))
     }
 
     /// Ends the build in one transaction: staged tiles to their places, tiles that are not in `wanted` away, sources,
@@ -291,13 +277,7 @@ fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
         };
         place_content(connection, layer, &placed)?;
     }
-    connection
-        .prepare_cached(
-            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
-             VALUES (?1, ?2, ?3, ?4, ?5)",
-        )?
-        .execute(params![layer, tile.zoom(), tile.row(), tile.column(), built.inputs_hash])?;
-    Ok(())
+    finish::note_inputs(connection, layer, tile, &built.inputs_hash)
 }
 
 /// What goes into the tables of one tile.

@@ -23,6 +23,7 @@ mod motions;
 mod negatives;
 mod onboard;
 mod orthophotos;
+mod patch;
 mod pictures;
 mod plan;
 mod reference;

@@ -1,6 +1,6 @@
 //! `Outlet`: a file that comes into being whole. It is written beside its place, synced and renamed; the folder is synced too.
 
-use super::PackageError;
+use super::{StoreError, refuse_side_files};
 use std::fs::{File, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -19,13 +19,11 @@ impl Outlet {
     /// Takes the name `place` with `-new` behind it; what a killed run left there is overwritten.
     ///
     /// # Errors
-    /// [`PackageError::Occupied`] where another process writes there; where the folder is absent or may not be written.
-    pub fn at(place: &Path) -> Result<Self, PackageError> {
+    /// [`StoreError::Occupied`] where another process writes there; where the folder is absent or may not be written.
+    pub fn at(place: &Path) -> Result<Self, StoreError> {
         let fail = |e: std::io::Error| match e.kind() {
-            std::io::ErrorKind::NotFound => {
-                PackageError::Store(crate::store::StoreError::NoFolder { path: place.into() })
-            }
-            _ => PackageError::io(place, e),
+            std::io::ErrorKind::NotFound => StoreError::NoFolder { path: place.into() },
+            _ => StoreError::io(place, e),
         };
         if place.is_dir() {
             return Err(fail(std::io::Error::from(std::io::ErrorKind::IsADirectory)));
@@ -35,7 +33,7 @@ impl Outlet {
             let lock =
                 File::options().create(true).truncate(false).write(true).read(true).open(&beside).map_err(fail)?;
             match lock.try_lock() {
-                Err(TryLockError::WouldBlock) => return Err(PackageError::Occupied { path: place.into() }),
+                Err(TryLockError::WouldBlock) => return Err(StoreError::Occupied { path: place.into() }),
                 Err(TryLockError::Error(e)) => return Err(fail(e)),
                 Ok(()) => {}
             }
@@ -63,21 +61,22 @@ impl Outlet {
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub fn clear(&self) -> Result<(), PackageError> {
-        self.lock.set_len(0).map_err(|e| PackageError::io(&self.beside, e))
+    pub fn clear(&self) -> Result<(), StoreError> {
+        self.lock.set_len(0).map_err(|e| StoreError::io(&self.beside, e))
     }
 
     /// Syncs it, gives it its name, and syncs the folder.
     ///
     /// # Errors
-    /// Where the system fails; the place is then as it was, or (where only the folder's sync failed) holds the new file.
-    pub fn publish(mut self) -> Result<(), PackageError> {
-        let fail = |e| PackageError::io(&self.place, e);
+    /// Where a side file of another store stands beside the place (SQLite would take it for the new one's). Where the system fails; the place is then as it was, or (where only the folder's sync failed) holds the new file.
+    pub fn publish(mut self) -> Result<(), StoreError> {
+        let fail = |e| StoreError::io(&self.place, e);
+        refuse_side_files(&self.place)?;
         self.lock.sync_all().map_err(fail)?;
         std::fs::rename(&self.beside, &self.place).map_err(fail)?;
         self.published = true;
         let folder = self.place.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        File::open(folder).and_then(|f| f.sync_all()).map_err(|e| PackageError::io(folder, e))
+        File::open(folder).and_then(|f| f.sync_all()).map_err(|e| StoreError::io(folder, e))
     }
 }
 
@@ -88,6 +87,14 @@ impl Drop for Outlet {
             let _ = std::fs::remove_file(&self.beside);
         }
     }
+}
+
+/// Size of a file, bytes.
+///
+/// # Errors
+/// Where the system fails.
+pub fn size_of(path: &Path) -> Result<u64, StoreError> {
+    Ok(std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?.len())
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

@@ -1,0 +1,68 @@
+//! `overfly diff`: how two stores differ, and the patch between them.
+
+use super::{Exit, Failure, Output};
+use overfly::package::{Difference, diff, write_patch};
+use overfly::store::Reader;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+Compares finished layers tile by tile. With --out writes the patch that makes NEW of OLD: of tiles that differ, those parts that do
+(imagery, descriptors, cells, what is known of them), and nothing else. Of an exported NEW it holds manifest, seal and signature,
+so that `overfly apply` makes the same file, byte for byte. Equal stores give equal patches.
+
+Examples:
+  overfly diff spring.gpkg summer.gpkg
+  overfly diff flight-1.gpkg flight-2.gpkg --out flight-1-2.patch";
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// The old store.
+    #[arg(value_name = "OLD")]
+    old: PathBuf,
+    /// The new store.
+    #[arg(value_name = "NEW")]
+    new: PathBuf,
+    /// Write the patch to this file.
+    #[arg(long, value_name = "PATCH")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let (old, new) = (Reader::open(&args.old)?, Reader::open(&args.new)?);
+    let found = match &args.out {
+        None => diff(&old, &new)?,
+        Some(out) => {
+            let bar = output.progress(0, "tiles");
+            let outcome = write_patch(&old, &new, out, &|done, total| {
+                bar.set_length(total);
+                bar.set_position(done);
+            });
+            bar.finish_and_clear();
+            outcome?
+        }
+    };
+    output.say(&found, || text(args, &found));
+    Ok(Exit::Done)
+}
+
+fn text(args: &Args, found: &Difference) -> String {
+    let mut text = String::from("layer                   added  changed  removed     same\n");
+    for layer in &found.layers {
+        let row = format!(
+            "{:<20} {:>8} {:>8} {:>8} {:>8}\n",
+            layer.layer, layer.added, layer.changed, layer.removed, layer.same
+        );
+        text.push_str(&row);
+    }
+    text.push_str(&match (&args.out, found.patch_bytes) {
+        (Some(out), Some(bytes)) => {
+            format!("{}: {bytes} bytes, where the new store takes {}", out.display(), found.result_bytes)
+        }
+        _ if found.base == found.result => "the stores hold the same".to_owned(),
+        _ => format!("digest {} became {}", found.base, found.result),
+    });
+    text
+}

@@ -1,0 +1,63 @@
+//! A patch as a file: header, records, and at the end the BLAKE3 of the whole, these 32 bytes taken as zeros.
+
+use super::header::PatchHeader;
+use super::record::{Malformed, Records};
+use crate::package::{PackageError, file_digest};
+use std::fs::File;
+use std::io::{BufReader, Read, Take};
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+const DIGEST_LEN: u64 = 32;
+
+/// What a patch holds behind its header.
+pub type FileRecords = Records<Take<BufReader<File>>>;
+
+/// Ends a patch with its digest.
+///
+/// # Errors
+/// Where the file cannot be read or written.
+pub fn end(path: &Path) -> Result<(), PackageError> {
+    let ended = || -> std::io::Result<()> {
+        let file = File::options().read(true).write(true).open(path)?;
+        let len = file.metadata()?.len();
+        file.set_len(len + DIGEST_LEN)?;
+        file.write_all_at(&file_digest(path, len..len + DIGEST_LEN, &|_| ())?, len)
+    };
+    ended().map_err(|e| PackageError::io(path, e))
+}
+
+/// Opens a patch, the whole file's digest proved.
+///
+/// # Errors
+/// [`PackageError::NotAPatch`], [`PackageError::AlteredPatch`], or where the file cannot be read.
+pub fn open(path: &Path) -> Result<(PatchHeader, FileRecords), PackageError> {
+    let fail = |e| PackageError::io(path, e);
+    let file = File::open(path).map_err(fail)?;
+    let metadata = file.metadata().map_err(fail)?;
+    if !metadata.is_file() {
+        return Err(PackageError::NotAPatch { path: path.into(), reason: "it is no regular file".into() });
+    }
+    let content = metadata.len().saturating_sub(DIGEST_LEN);
+    let mut from = BufReader::new(file).take(content);
+    let header = PatchHeader::read(&mut from).map_err(|e| refused(path, e))?;
+    if !is_whole(path, content..metadata.len()).map_err(fail)? {
+        return Err(PackageError::AlteredPatch { path: path.into() });
+    }
+    Ok((header, Records::of(from)))
+}
+
+fn is_whole(path: &Path, digest: Range<u64>) -> std::io::Result<bool> {
+    let mut stated = [0; DIGEST_LEN as usize];
+    File::open(path)?.read_exact_at(&mut stated, digest.start)?;
+    Ok(file_digest(path, digest, &|_| ())? == stated)
+}
+
+/// What is wrong with a patch, with its name.
+pub fn refused(path: &Path, error: Malformed) -> PackageError {
+    match error {
+        Malformed::Content(reason) => PackageError::NotAPatch { path: path.into(), reason },
+        Malformed::Io(cause) => PackageError::io(path, cause),
+    }
+}
