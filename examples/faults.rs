@@ -57,7 +57,10 @@ fn main() -> ExitCode {
     };
     let operations: Vec<_> =
         operations(&bench, folder.path()).into_iter().filter(|o| o.name.contains(&args.only)).collect();
-    println!("{:<28} {:<9} {:>6} {:>6} {:>7} {:>5} {:>11} {:>5} {:>8}", "operation", "fault", "points", "tried", "absent", "old", "unfinished", "new", "failures");
+    println!(
+        "{:<28} {:<9} {:>6} {:>6} {:>7} {:>5} {:>11} {:>5} {:>8}",
+        "operation", "fault", "points", "tried", "absent", "old", "unfinished", "new", "failures"
+    );
     let mut failures = Vec::new();
     for operation in &operations {
         let expected = bench.undisturbed(operation);

@@ -175,6 +175,8 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::OtherContract { .. }
         | StoreError::Denied { .. }
         | StoreError::DiskFull { .. }
+        | StoreError::DiskError { .. }
+        | StoreError::NoJournal { .. }
         | StoreError::Superseded { .. }
         | StoreError::Damaged { .. }
         | StoreError::DamagedTile { .. }

@@ -21,12 +21,14 @@ pub struct Operation {
     pub resumes: bool,
     /// Whether the same command gives the same bytes, and not only the same digest.
     pub same_bytes: bool,
+    /// Whether what it makes is a patch and no store.
+    pub makes_patch: bool,
 }
 
 /// What operations work on.
 struct Material {
     sources: [PathBuf; 2],
-    stores: BTreeMap<&'static str, PathBuf>,
+    files: BTreeMap<&'static str, PathBuf>,
     routes: [PathBuf; 2],
 }
 
@@ -34,7 +36,7 @@ struct Material {
 pub fn operations(bench: &Bench, folder: &Path) -> Vec<Operation> {
     let material = Material::make(bench, folder);
     let mut all = builds(&material);
-    all.extend(exports(&material));
+    all.extend(renamed(&material));
     all
 }
 
@@ -42,10 +44,11 @@ fn builds(material: &Material) -> Vec<Operation> {
     let [a, b] = &material.sources;
     let row = |name, store: Option<&str>, words: &[&str], sources: &[&PathBuf]| Operation {
         name,
-        before: store.map(|s| (TARGET, material.stores[s].clone())).into_iter().collect(),
+        before: store.map(|s| (TARGET, material.files[s].clone())).into_iter().collect(),
         arguments: build_words("{}/target.gpkg", words, sources),
         resumes: true,
         same_bytes: false,
+        makes_patch: false,
     };
     vec![
         row("build, a new store", None, &[], &[a, b]),
@@ -55,19 +58,32 @@ fn builds(material: &Material) -> Vec<Operation> {
     ]
 }
 
-fn exports(material: &Material) -> Vec<Operation> {
-    let row = |name, old: Option<&str>| Operation {
+/// Operations that write their target beside its place and rename it.
+fn renamed(material: &Material) -> Vec<Operation> {
+    let row = |name, before: &[(&'static str, &str)], arguments: Vec<OsString>| Operation {
         name,
-        before: [("from.gpkg", "of both")]
-            .into_iter()
-            .chain(old.map(|o| (TARGET, o)))
-            .map(|(name, store)| (name, material.stores[store].clone()))
-            .collect(),
-        arguments: export_words("{}/from.gpkg", &material.routes[1], "{}/target.gpkg"),
+        before: before.iter().map(|(name, file)| (*name, material.files[file].clone())).collect(),
+        arguments,
         resumes: false,
         same_bytes: true,
+        makes_patch: false,
     };
-    vec![row("export, nothing there", None), row("export, over an older one", Some("exported"))]
+    let export = export_words("{}/from.gpkg", &material.routes[1], "{}/target.gpkg");
+    let apply = words(&["apply", "{}/target.gpkg", "{}/patch"]);
+    let apply_out = words(&["apply", "{}/from.gpkg", "{}/patch", "--out", "{}/target.gpkg"]);
+    let diff = words(&["diff", "{}/from.gpkg", "{}/to.gpkg", "--out", "{}/target.gpkg"]);
+    vec![
+        row("export, nothing there", &[("from.gpkg", "of both")], export.clone()),
+        row("export, over an older one", &[("from.gpkg", "of both"), (TARGET, "exported")], export),
+        row("apply, to an exported store", &[("patch", "sealed patch"), (TARGET, "exported")], apply.clone()),
+        row("apply, to a built store", &[("patch", "patch"), (TARGET, "of a")], apply),
+        row("apply, to another place", &[("patch", "patch"), ("from.gpkg", "of a")], apply_out),
+        Operation { makes_patch: true, ..row("diff, a patch", &[("from.gpkg", "of a"), ("to.gpkg", "of both")], diff) },
+    ]
+}
+
+fn words(all: &[&str]) -> Vec<OsString> {
+    all.iter().map(Into::into).collect()
 }
 
 fn build_words(db: &str, words: &[&str], sources: &[&PathBuf]) -> Vec<OsString> {
@@ -91,26 +107,42 @@ impl Material {
             orthophoto(folder, "b.png", (1100, 900), (500, 100), 2, true),
         ];
         let [a, b] = &sources;
-        let mut stores = BTreeMap::new();
-        for (name, words, sources) in
-            [("of a", &[][..], &[a][..]), ("of both", &[], &[a, b]), ("of both, fine", &["--zoom", "19"], &[a, b])]
+        let mut files = BTreeMap::new();
+        for (name, options, sources) in
+            [("of a", &[][..], &[a][..]), ("of both", &[], &[a, b]), ("of both, fine", &["--zoom", "18"], &[a, b])]
         {
             let path = folder.join(format!("{name}.gpkg"));
-            bench.succeed(&build_words(path.to_str().unwrap(), words, sources));
-            stores.insert(name, path);
+            bench.succeed(&build_words(text(&path), options, sources));
+            files.insert(name, path);
         }
-        let [west, south, east, north] = Reader::open(&stores["of both"]).unwrap().layers()[0].bounds_deg;
-        let (from, to) = ([west + 0.4 * (east - west), (south + north) / 2.0], west + 0.6 * (east - west));
-        let routes = [from[0], to].map(|end| {
-            let line = serde_json::json!({"type": "LineString", "coordinates": [from, [end + 0.0001, from[1]]]});
-            let path = folder.join(format!("{end}.geojson"));
-            std::fs::write(&path, line.to_string()).unwrap();
-            path
-        });
-        let exported = folder.join("exported.gpkg");
-        let text = |path: &Path| path.to_str().unwrap().to_owned();
-        bench.succeed(&export_words(&text(&stores["of both"]), &routes[0], &text(&exported)));
-        stores.insert("exported", exported);
-        Self { sources, stores, routes }
+        let routes = routes(folder, &files["of both"]);
+        for (name, route) in [("exported", &routes[0]), ("exported later", &routes[1])] {
+            let path = folder.join(format!("{name}.gpkg"));
+            bench.succeed(&export_words(text(&files["of both"]), route, text(&path)));
+            files.insert(name, path);
+        }
+        for (name, old, new) in [("patch", "of a", "of both"), ("sealed patch", "exported", "exported later")] {
+            let path = folder.join(name);
+            bench.succeed(&words(&["diff", text(&files[old]), text(&files[new]), "--out", text(&path)]));
+            files.insert(name, path);
+        }
+        Self { sources, files, routes }
     }
+}
+
+/// A short route through the middle of a store, and a longer one.
+fn routes(folder: &Path, store: &Path) -> [PathBuf; 2] {
+    let [west, south, east, north] = Reader::open(store).unwrap().layers()[0].bounds_deg;
+    let (start, latitude) = (west + 0.4 * (east - west), (south + north) / 2.0);
+    [0.0, 0.2].map(|share| {
+        let end = start + share * (east - west) + 0.0001;
+        let line = serde_json::json!({"type": "LineString", "coordinates": [[start, latitude], [end, latitude]]});
+        let path = folder.join(format!("{share}.geojson"));
+        std::fs::write(&path, line.to_string()).unwrap();
+        path
+    })
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
 }
