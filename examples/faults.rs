@@ -16,9 +16,13 @@ mod faults;
 use clap::Parser;
 use faults::bench::{Bench, End};
 use faults::operation::operations;
+use faults::reading::{ReadTally, readings};
+use faults::serving::Serving;
 use faults::shim::Kind;
 use faults::tally::Tally;
-use std::path::PathBuf;
+use overfly::package::{ExportRequest, export};
+use overfly::plan::Route;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -35,6 +39,9 @@ struct Args {
     /// Failing disks, short reads and writes, ends of files where none are.
     #[arg(long, default_value_t = 200)]
     io: u64,
+    /// Bad reads while a store is verified, searched, or served onboard.
+    #[arg(long, default_value_t = 200)]
+    reads: u64,
     /// Only operations whose name holds this.
     #[arg(long, default_value = "")]
     only: String,
@@ -73,8 +80,54 @@ fn main() -> ExitCode {
             }
         }
     }
+    failures.extend(read(&bench, folder.path(), &args));
     failures.iter().for_each(|f| println!("{f}"));
     if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Bad reads; what is wrong with the program.
+fn read(bench: &Bench, folder: &Path, args: &Args) -> Vec<String> {
+    let store = drawn::drawn_store();
+    let exported = folder.join("to read.gpkg");
+    let line = r#"{"type": "LineString", "coordinates": [[15.6120, 48.4915], [15.6160, 48.4915]]}"#;
+    let request = ExportRequest {
+        routes: Route::all_from_text(line).expect("a route"),
+        corridor_m: 200.0,
+        drift: None,
+        calibration: None,
+        layers: Vec::new(),
+        max_bytes: None,
+        valid_until: None,
+        key: None,
+    };
+    export(store, &request, &exported, &|_, _| ()).expect("an export");
+    println!(
+        "{:<28} {:<9} {:>6} {:>6} {:>8} {:>8} {:>8}",
+        "reading", "fault", "points", "tried", "answered", "refused", "failures"
+    );
+    let readings: Vec<_> = readings(store.path(), &exported, &drawn::project(""))
+        .into_iter()
+        .filter(|r| r.name.contains(&args.only))
+        .collect();
+    let most = args.reads.div_ceil((Kind::IO.len() * (readings.len() + 1)) as u64);
+    let mut failures = Vec::new();
+    let mut told = |name: &str, kind: Kind, tally: ReadTally| {
+        let ReadTally { points, tried, answered, refused, .. } = tally;
+        println!(
+            "{name:<28} {:<9} {points:>6} {tried:>6} {answered:>8} {refused:>8} {:>8}",
+            format!("{kind:?}"),
+            tally.failures.len()
+        );
+        failures.extend(tally.failures);
+    };
+    for reading in &readings {
+        Kind::IO.into_iter().for_each(|k| told(reading.name, k, ReadTally::of(bench, reading, k, most, args.seed)));
+    }
+    if "serve, onboard".contains(&args.only) {
+        let serving = Serving::of(bench, &exported, &drawn::project("tiles/flight/frames/019.jpg"));
+        Kind::IO.into_iter().for_each(|k| told("serve, onboard", k, serving.tally(bench, k, most, args.seed)));
+    }
+    failures
 }
 
 fn print_row(operation: &str, kind: Kind, tally: &Tally) {

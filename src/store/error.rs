@@ -118,7 +118,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// The disk cannot be read or written.
-    #[error("{path}: the disk fails ({reason}); nothing half done is kept: check the disk, then run the same command again, or use a copy on another disk", path = path.display())]
+    #[error("{path}: the disk fails or is full ({reason}); nothing half done is kept: check the disk and its room, then run the same command again, or use a copy on another disk", path = path.display())]
     DiskError {
         /// The file.
         path: PathBuf,

@@ -1,8 +1,8 @@
-//! `Bench`: runs an operation under a fault and judges what it left: target absent, old or new, valid; side files handled; the
-//! same command once more, without a fault, ends as if nothing had been.
+//! `Bench`: runs an operation under a fault and judges what it left: target absent, old or new, valid; side files handled;
+//! the same command once more, without a fault, ends as if nothing had been.
 
 use super::operation::{Operation, TARGET};
-use super::shim::{Fault, Kind, Shim};
+use super::shim::{Fault, Kind, Report, Shim};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::os::unix::process::ExitStatusExt;
@@ -48,11 +48,6 @@ impl Bench {
         Ok(Self { overfly: overfly.into(), shim: Shim::compile(folder, overfly)?, work })
     }
 
-    /// The folder whose files can meet faults.
-    pub fn work(&self) -> &Path {
-        &self.work
-    }
-
     /// The program with these arguments, `{}` in them for the work folder.
     pub fn command(&self, arguments: &[OsString]) -> Command {
         let mut command = Command::new(&self.overfly);
@@ -70,11 +65,21 @@ impl Bench {
 
     /// Runs a command under a fault: how it ended, the call that met the fault, and how many could have.
     pub fn disturb(&self, arguments: &[OsString], fault: Fault) -> (Output, Option<String>, u64) {
+        let output = self.armed(arguments, fault).output().unwrap();
+        let report = self.report();
+        (output, report.fired, report.count)
+    }
+
+    /// A command that will meet a fault.
+    pub fn armed(&self, arguments: &[OsString], fault: Fault) -> Command {
         let mut command = self.command(arguments);
         self.shim.arm(&mut command, &self.work, fault);
-        let output = command.output().unwrap();
-        let report = self.shim.report();
-        (output, report.fired, report.count)
+        command
+    }
+
+    /// What the last command told that was to meet a fault.
+    pub fn report(&self) -> Report {
+        self.shim.report()
     }
 
     /// Empties the work folder and puts there what shall stand there.
@@ -122,7 +127,7 @@ impl Bench {
             format!("{}, {:?} at {} ({met}): {what}\n  {}", operation.name, fault.kind, fault.at, text(&output))
         };
         let succeeded = output.status.success();
-        self.judge_exit(fault, fired.as_deref(), &output).map_err(&wrong)?;
+        self.judge_exit(operation, fault, fired.as_deref(), &output).map_err(&wrong)?;
         if !succeeded && !fault.kind.kills() && !operation.resumes {
             self.judge_litter(operation, expected, fault).map_err(&wrong)?;
         }
@@ -141,7 +146,13 @@ impl Bench {
     }
 
     /// Killed by the fault and by nothing else; or an exit code, and where it is a failure, words that help.
-    fn judge_exit(&self, fault: Fault, fired: Option<&str>, output: &Output) -> Result<(), String> {
+    fn judge_exit(
+        &self,
+        operation: &Operation,
+        fault: Fault,
+        fired: Option<&str>,
+        output: &Output,
+    ) -> Result<(), String> {
         let said = text(output);
         if said.contains("panicked") {
             return Err("it panics".into());
@@ -150,17 +161,21 @@ impl Bench {
             (Some(9), _, Some(_)) if fault.kind.kills() => Ok(()),
             (_, Some(0), _) => Ok(()),
             (_, Some(code @ 1..=3), Some(call)) if !fault.kind.kills() && fault.kind != Kind::Short => {
-                self.judge_words(fault.kind, call, code, &said)
+                self.judge_words(operation, fault.kind, call, code, &said)
             }
             _ => Err(format!("{}", output.status)),
         }
     }
 
     /// A failure names the file, has a code word that fits the fault, and an exit code that fits the word.
-    fn judge_words(&self, kind: Kind, call: &str, exit: i32, said: &str) -> Result<(), String> {
+    fn judge_words(&self, operation: &Operation, kind: Kind, call: &str, exit: i32, said: &str) -> Result<(), String> {
         let names = |word: &str| said.contains(&format!("error[{word}]"));
         let (opens, reads) = (call.starts_with("open"), call.starts_with("pread") || call.starts_with("read"));
         let fits = match kind {
+            // SQLite says of a sync, and of a rollback, only that it failed.
+            Kind::Full | Kind::FullOnce if operation.resumes && names("disk_error") => {
+                exit == 1 && said.contains("is full")
+            }
             Kind::Full | Kind::FullOnce => names("disk_full") && exit == 1,
             _ => names("disk_error") && exit == 1,
         };
@@ -246,6 +261,11 @@ impl Bench {
         let lines = String::from_utf8_lossy(&output.stdout).into_owned();
         let json = lines.lines().last().and_then(|line| serde_json::from_str(line).ok()).unwrap_or_default();
         Verdict { good: output.status.success(), json }
+    }
+
+    /// What stands in the work folder, by name.
+    pub fn content(&self) -> BTreeMap<OsString, Vec<u8>> {
+        self.names().into_iter().map(|name| (name.clone(), std::fs::read(self.work.join(name)).unwrap())).collect()
     }
 
     fn target(&self) -> PathBuf {

@@ -1,5 +1,5 @@
-/* A layer between a program and the C library (LD_PRELOAD) that lets one call fail: the N-th of some kinds, on files under some
- * folder. Everything that is counted is decided by the environment, so every point can be named and met again.
+/* A layer between a program and the C library (LD_PRELOAD) that lets one call fail: the N-th of some kinds, on files under
+ * some folder. Everything that is counted is decided by the environment, so every point can be named and met again.
  *
  *   OVERFLY_FAULT_UNDER    absolute path; calls on paths that begin with it are counted
  *   OVERFLY_FAULT_CALLS    which kinds of calls, a sum of the numbers below
@@ -138,7 +138,7 @@ static void synced(int fd) {
     pthread_mutex_unlock(&guard);
 }
 
-/* At even points all that was not synced is lost; at odd ones, call by call, some of it; what a file grew by is then zeros. */
+/* At even points all that was not synced is lost; at odd ones, call by call, some of it, and what a file grew by is zeros. */
 static void lose(void) {
     __typeof__(&pwrite) put = (__typeof__(&pwrite))dlsym(RTLD_NEXT, "pwrite");
     __typeof__(&ftruncate) cut = (__typeof__(&ftruncate))dlsym(RTLD_NEXT, "ftruncate");
@@ -198,28 +198,28 @@ static enum act on_fd(int kind, const char *call, int fd) {
 
 static size_t half(size_t len) { return len > 1 ? len / 2 : len; }
 
-#define READS(name, arguments, pass, pass_half)                                                                             \
-    ssize_t name arguments {                                                                                                \
-        REAL(name);                                                                                                         \
-        enum act act = on_fd(READ, #name, fd);                                                                              \
-        if (act == FAIL) return -1;                                                                                         \
-        if (act == END) return 0;                                                                                           \
-        return act == SHORT ? real pass_half : real pass;                                                                   \
+#define READS(name, arguments, pass, pass_half) \
+    ssize_t name arguments { \
+        REAL(name); \
+        enum act act = on_fd(READ, #name, fd); \
+        if (act == FAIL) return -1; \
+        if (act == END) return 0; \
+        return act == SHORT ? real pass_half : real pass; \
     }
 READS(read, (int fd, void *to, size_t len), (fd, to, len), (fd, to, half(len)))
 READS(pread, (int fd, void *to, size_t len, off_t from), (fd, to, len, from), (fd, to, half(len), from))
 READS(pread64, (int fd, void *to, size_t len, off64_t from), (fd, to, len, from), (fd, to, half(len), from))
 READS(readv, (int fd, const struct iovec *to, int n), (fd, to, n), (fd, to, 1))
 
-#define WRITES(name, arguments, offset, bytes, pass, pass_half)                                                             \
-    ssize_t name arguments {                                                                                                \
-        REAL(name);                                                                                                         \
-        enum act act = on_fd(WRITE, #name, fd);                                                                             \
-        if (act == FAIL) return -1;                                                                                         \
-        char path[4096];                                                                                                    \
-        if (does == POWER && path_of(fd, path) && is_under(path)) remember(fd, offset, bytes);                              \
-        if (act == TORN && real pass_half >= 0) die();                                                                      \
-        return act == SHORT ? real pass_half : real pass;                                                                   \
+#define WRITES(name, arguments, offset, bytes, pass, pass_half) \
+    ssize_t name arguments { \
+        REAL(name); \
+        enum act act = on_fd(WRITE, #name, fd); \
+        if (act == FAIL) return -1; \
+        char path[4096]; \
+        if (does == POWER && path_of(fd, path) && is_under(path)) remember(fd, offset, bytes); \
+        if (act == TORN && real pass_half >= 0) die(); \
+        return act == SHORT ? real pass_half : real pass; \
     }
 static size_t sum(const struct iovec *from, int n) {
     size_t all = 0;
@@ -231,31 +231,31 @@ WRITES(pwrite, (int fd, const void *from, size_t len, off_t to), to, len, (fd, f
 WRITES(pwrite64, (int fd, const void *from, size_t len, off64_t to), to, len, (fd, from, len, to), (fd, from, half(len), to))
 WRITES(writev, (int fd, const struct iovec *from, int n), lseek(fd, 0, SEEK_CUR), sum(from, n), (fd, from, n), (fd, from, 1))
 
-#define SYNCS(name)                                                                                                         \
-    int name(int fd) {                                                                                                      \
-        REAL(name);                                                                                                         \
-        enum act act = on_fd(SYNC, #name, fd);                                                                              \
-        if (act == FAIL) return -1;                                                                                         \
-        int result = real(fd);                                                                                              \
-        synced(fd);                                                                                                         \
-        if (act == TORN) die();                                                                                             \
-        return result;                                                                                                      \
+#define SYNCS(name) \
+    int name(int fd) { \
+        REAL(name); \
+        enum act act = on_fd(SYNC, #name, fd); \
+        if (act == FAIL) return -1; \
+        int result = real(fd); \
+        synced(fd); \
+        if (act == TORN) die(); \
+        return result; \
     }
 SYNCS(fsync)
 SYNCS(fdatasync)
 
-#define CUTS(name, offset_type)                                                                                             \
-    int name(int fd, offset_type len) {                                                                                     \
-        REAL(name);                                                                                                         \
-        enum act act = on_fd(CUT, #name, fd);                                                                               \
-        if (act == FAIL) return -1;                                                                                         \
-        struct stat st;                                                                                                     \
-        char path[4096];                                                                                                    \
-        if (does == POWER && path_of(fd, path) && is_under(path) && !fstat(fd, &st))                                        \
-            remember(fd, len, st.st_size > len ? (size_t)(st.st_size - len) : 0);                                           \
-        int result = real(fd, len);                                                                                         \
-        if (act == TORN) die();                                                                                             \
-        return result;                                                                                                      \
+#define CUTS(name, offset_type) \
+    int name(int fd, offset_type len) { \
+        REAL(name); \
+        enum act act = on_fd(CUT, #name, fd); \
+        if (act == FAIL) return -1; \
+        struct stat st; \
+        char path[4096]; \
+        if (does == POWER && path_of(fd, path) && is_under(path) && !fstat(fd, &st)) \
+            remember(fd, len, st.st_size > len ? (size_t)(st.st_size - len) : 0); \
+        int result = real(fd, len); \
+        if (act == TORN) die(); \
+        return result; \
     }
 CUTS(ftruncate, off_t)
 CUTS(ftruncate64, off64_t)
@@ -267,40 +267,40 @@ static enum act on_open(const char *call, const char *path, int flags) {
     return on(makes ? MAKE : OPEN, call, path);
 }
 
-#define OPENS(name, arguments, last, pass)                                                                                  \
-    int name arguments {                                                                                                    \
-        REAL(name);                                                                                                         \
-        va_list more;                                                                                                       \
-        va_start(more, last);                                                                                               \
-        mode_t mode = (flags & (O_CREAT | __O_TMPFILE)) ? va_arg(more, mode_t) : 0;                                         \
-        va_end(more);                                                                                                       \
-        enum act act = on_open(#name, path, flags);                                                                         \
-        if (act == FAIL) return -1;                                                                                         \
-        int fd = real pass;                                                                                                 \
-        if (act == TORN) die();                                                                                             \
-        return fd;                                                                                                          \
+#define OPENS(name, arguments, last, pass) \
+    int name arguments { \
+        REAL(name); \
+        va_list more; \
+        va_start(more, last); \
+        mode_t mode = (flags & (O_CREAT | __O_TMPFILE)) ? va_arg(more, mode_t) : 0; \
+        va_end(more); \
+        enum act act = on_open(#name, path, flags); \
+        if (act == FAIL) return -1; \
+        int fd = real pass; \
+        if (act == TORN) die(); \
+        return fd; \
     }
 OPENS(open, (const char *path, int flags, ...), flags, (path, flags, mode))
 OPENS(open64, (const char *path, int flags, ...), flags, (path, flags, mode))
 OPENS(openat, (int folder, const char *path, int flags, ...), flags, (folder, path, flags, mode))
 OPENS(openat64, (int folder, const char *path, int flags, ...), flags, (folder, path, flags, mode))
 
-#define NAMES(kind, name, arguments, path, pass)                                                                            \
-    int name arguments {                                                                                                    \
-        REAL(name);                                                                                                         \
-        enum act act = on(kind, #name, path);                                                                               \
-        if (act == FAIL) return -1;                                                                                         \
-        int result = real pass;                                                                                             \
-        if (act == TORN) die();                                                                                             \
-        return result;                                                                                                      \
+#define NAMES(kind, name, arguments, path, pass) \
+    int name arguments { \
+        REAL(name); \
+        enum act act = on(kind, #name, path); \
+        if (act == FAIL) return -1; \
+        int result = real pass; \
+        if (act == TORN) die(); \
+        return result; \
     }
 NAMES(RENAME, rename, (const char *from, const char *to), from, (from, to))
 NAMES(RENAME, renameat, (int a, const char *from, int b, const char *to), from, (a, from, b, to))
 NAMES(UNLINK, unlink, (const char *path), path, (path))
 NAMES(UNLINK, unlinkat, (int folder, const char *path, int flags), path, (folder, path, flags))
 
-/* Rust's standard library looks at files by this call. SQLite's own, which take a file that cannot be looked at for one that is
- * not there, are left alone. */
+/* Rust's standard library looks at files by this call. SQLite's own, which take a file that cannot be looked at for one
+ * that is not there, are left alone. */
 int statx(int folder, const char *path, int flags, unsigned mask, struct statx *to) {
     REAL(statx);
     enum act act = path && *path ? on(LOOK, "statx", path) : on_fd(LOOK, "statx", folder);

@@ -3,5 +3,7 @@
 
 pub mod bench;
 pub mod operation;
+pub mod reading;
+pub mod serving;
 pub mod shim;
 pub mod tally;

@@ -48,12 +48,15 @@ impl Tally {
     }
 }
 
-/// At most `most` of `1..=points`, evenly, from a place that `seed` chooses; the last among them, where commits are.
+/// At most `most` of `1..=points`: the last few, where a target gets its name, and the others evenly from a place that `seed`
+/// chooses.
 pub fn spread(points: u64, most: u64, seed: u64) -> Vec<u64> {
     if most >= points {
         return (1..=points).collect();
     }
-    let step = points as f64 / most as f64;
+    let last = (most / 3).min(3);
+    let step = (points - last) as f64 / (most - last) as f64;
     let start = (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / f64::from(1 << 24);
-    (0..most).map(|i| ((i as f64 + start) * step) as u64 + 1).collect()
+    let evenly = (0..most - last).map(|i| ((i as f64 + start) * step) as u64 + 1);
+    evenly.chain(points - last + 1..=points).collect()
 }

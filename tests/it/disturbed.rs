@@ -1,0 +1,102 @@
+//! Whatever goes wrong with disk or power, what is written is the old or the new, and what is read is right or refused. The
+//! short form; `examples/faults` is the long one.
+
+use crate::drawn::{drawn_store, project};
+use crate::export::{drawn_request, export_to, request, route};
+use crate::faults::bench::{Bench, End};
+use crate::faults::operation::operations;
+use crate::faults::reading::{ReadTally, readings};
+use crate::faults::serving::Serving;
+use crate::faults::shim::{Fault, Kind};
+use crate::faults::tally::Tally;
+use crate::injury::a_day;
+use overfly::package::{Verify, verify_package};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Faults of each kind on each operation.
+const EACH: u64 = 3;
+
+/// A bench, or the loud word that there can be none.
+fn bench(folder: &Path, test: &str) -> Option<Bench> {
+    let bench = Bench::new(Path::new(env!("CARGO_BIN_EXE_overfly")), folder);
+    bench.map_err(|reason| eprintln!("SKIPPED {test}: {reason}")).ok()
+}
+
+#[test]
+fn a_target_is_absent_old_or_new_and_the_next_run_ends_as_if_nothing_had_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(bench) = bench(folder.path(), "a_target_is_absent_old_or_new") else { return };
+    let (mut failures, mut ends) = (Vec::new(), BTreeMap::new());
+    for (index, operation) in operations(&bench, folder.path()).iter().enumerate() {
+        let expected = bench.undisturbed(operation);
+        for kind in Kind::KILLS.into_iter().chain(Kind::FULL).chain(Kind::IO) {
+            let tally = Tally::of(&bench, operation, &expected, kind, EACH, index as u64 * 9 + kind as u64);
+            assert!(tally.points > EACH && tally.tried + tally.late == EACH, "{}: {kind:?} {tally:?}", operation.name);
+            for end in [End::Absent, End::Old, End::Unfinished, End::New] {
+                *ends.entry(end).or_insert(0) += tally.ended(end);
+            }
+            failures.extend(tally.failures);
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    assert!(ends.values().all(|&n| n > 0), "{ends:?}");
+}
+
+#[test]
+fn nothing_is_written_or_read_that_the_layer_does_not_see() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(bench) = bench(folder.path(), "nothing_is_written_or_read_that_the_layer_does_not_see") else { return };
+    for operation in operations(&bench, folder.path()) {
+        for kind in [Kind::Full, Kind::Bad] {
+            bench.lay_out(&operation.before);
+            let before = bench.content();
+            let (output, fired, _) = bench.disturb(&operation.arguments, Fault { kind, at: 1 });
+            assert!(!output.status.success() && fired.is_some(), "{}, {kind:?}", operation.name);
+            assert_eq!(bench.content(), before, "{}, {kind:?}: something was written", operation.name);
+        }
+    }
+}
+
+#[test]
+fn bad_reads_give_the_same_answer_or_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(bench) = bench(folder.path(), "bad_reads_give_the_same_answer_or_none") else { return };
+    let exported = folder.path().join("exported.gpkg");
+    export_to(drawn_store(), &drawn_request(), &exported);
+    let mut failures = Vec::new();
+    for reading in readings(drawn_store().path(), &exported, &project("")) {
+        for kind in Kind::IO {
+            let tally = ReadTally::of(&bench, &reading, kind, 3, kind as u64);
+            assert!(tally.points > 3 && tally.tried == 3, "{}: {kind:?} {tally:?}", reading.name);
+            failures.extend(tally.failures);
+        }
+    }
+    export_to(drawn_store(), &request(route([15.6120, 48.4915], [15.6160, 48.4915]), 200.0), &exported);
+    let serving = Serving::of(&bench, &exported, &project("tiles/flight/frames/019.jpg"));
+    for kind in Kind::IO {
+        failures.extend(serving.tally(&bench, kind, 3, kind as u64).failures);
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn a_store_cut_off_at_any_page_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (exported, built) = (folder.path().join("exported.gpkg"), folder.path().join("built.gpkg"));
+    export_to(drawn_store(), &request(route([15.612, 48.4915], [15.6125, 48.4915]), 30.0), &exported);
+    let tile = overfly::tile::TileId::new(3, 1, 1).unwrap();
+    super::store::store_of(&built, "ortho", &[tile], 5);
+    for store in [exported, built] {
+        let how = Verify { key: None, today: a_day(), every_tile: false };
+        assert!(verify_package(&store, &how, &|_, _| ()).unwrap().store.ok);
+        let bytes = std::fs::read(&store).unwrap();
+        let page = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
+        assert!(bytes.len() / page > 20, "{} pages", bytes.len() / page);
+        for pages in 0..bytes.len() / page {
+            std::fs::write(&store, &bytes[..pages * page]).unwrap();
+            let found = verify_package(&store, &how, &|_, _| ());
+            assert!(!found.is_ok_and(|f| f.store.ok), "{} cut off behind page {pages}", store.display());
+        }
+    }
+}
