@@ -328,6 +328,7 @@ impl StoreError {
                 Self::Denied { path, reason: source.to_string() }
             }
             ErrorKind::StorageFull => Self::DiskFull { path },
+            ErrorKind::UnexpectedEof => Self::DiskError { path, reason: "it ends where it should not".into() },
             _ if source.raw_os_error() == Some(EIO) => Self::DiskError { path, reason: source.to_string() },
             _ => Self::Io { path, source },
         }

@@ -70,7 +70,10 @@ impl ReadTally {
                 Some(0) if answer(reading, &output) == sound => tally.answered += 1,
                 Some(0) => wrong("another answer"),
                 Some(1..=3) if kind == Kind::Short => wrong("a short read is no fault"),
-                Some(1..=3) if said.contains("target.gpkg") || said.contains("\"reason\"") => tally.refused += 1,
+                // An error that names the file, no fix, or a verdict.
+                Some(1..=3) if ["target.gpkg", "\"reason\"", "\"ok\":false"].iter().any(|w| said.contains(w)) => {
+                    tally.refused += 1;
+                }
                 Some(1..=3) => wrong("it does not name the file"),
                 _ => wrong("no exit code"),
             }
