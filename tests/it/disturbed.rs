@@ -52,8 +52,8 @@ fn nothing_is_written_or_read_that_the_layer_does_not_see() {
         for kind in [Kind::Full, Kind::Bad] {
             bench.lay_out(&operation.before);
             let before = bench.content();
-            let (output, fired, _) = bench.disturb(&operation.arguments, Fault { kind, at: 1 });
-            assert!(!output.status.success() && fired.is_some(), "{}, {kind:?}", operation.name);
+            let (output, report) = bench.disturb(&operation.arguments, Fault { kind, at: 1 });
+            assert!(!output.status.success() && report.fired.is_some(), "{}, {kind:?}", operation.name);
             assert_eq!(bench.content(), before, "{}, {kind:?}: something was written", operation.name);
         }
     }

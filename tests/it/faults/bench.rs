@@ -32,6 +32,8 @@ pub struct Undisturbed {
     digest: String,
     names: Vec<OsString>,
     bytes: Option<Vec<u8>>,
+    /// Calls of each kind.
+    pub counts: Vec<u64>,
 }
 
 /// What `overfly verify` says of a store.
@@ -63,11 +65,10 @@ impl Bench {
         assert!(output.status.success(), "{arguments:?}: {}", text(&output));
     }
 
-    /// Runs a command under a fault: how it ended, the call that met the fault, and how many could have.
-    pub fn disturb(&self, arguments: &[OsString], fault: Fault) -> (Output, Option<String>, u64) {
+    /// Runs a command under a fault: how it ended, and what the layer tells.
+    pub fn disturb(&self, arguments: &[OsString], fault: Fault) -> (Output, Report) {
         let output = self.armed(arguments, fault).output().unwrap();
-        let report = self.report();
-        (output, report.fired, report.count)
+        (output, self.report())
     }
 
     /// A command that will meet a fault.
@@ -100,19 +101,12 @@ impl Bench {
         };
         self.lay_out(&operation.before);
         let old_digest = operation.before.contains_key(TARGET).then(|| digest(&self.verify(operation)));
-        self.succeed(&operation.arguments);
+        let (output, report) = self.disturb(&operation.arguments, Fault { kind: Kind::Kill, at: 0 });
+        assert!(output.status.success(), "{}", text(&output));
         let (digest, names) = (digest(&self.verify(operation)), self.names());
         assert_ne!(Some(&digest), old_digest.as_ref(), "old and new can be told apart");
         let bytes = operation.same_bytes.then(|| std::fs::read(self.target()).unwrap());
-        Undisturbed { old_digest, digest, names, bytes }
-    }
-
-    /// The calls of an operation that can meet faults of a kind.
-    pub fn count(&self, operation: &Operation, kind: Kind) -> u64 {
-        self.lay_out(&operation.before);
-        let (output, _, count) = self.disturb(&operation.arguments, Fault { kind, at: 0 });
-        assert!(output.status.success(), "{}", text(&output));
-        count
+        Undisturbed { old_digest, digest, names, bytes, counts: report.counts }
     }
 
     /// Lets a fault befall an operation; what then stood at the target, and whether the fault came at all.
@@ -121,7 +115,7 @@ impl Bench {
     /// What is wrong with the program.
     pub fn endure(&self, operation: &Operation, expected: &Undisturbed, fault: Fault) -> Result<(End, bool), String> {
         self.lay_out(&operation.before);
-        let (output, fired, _) = self.disturb(&operation.arguments, fault);
+        let (output, Report { fired, .. }) = self.disturb(&operation.arguments, fault);
         let wrong = |what: String| {
             let met = fired.as_deref().unwrap_or("no call");
             format!("{}, {:?} at {} ({met}): {what}\n  {}", operation.name, fault.kind, fault.at, text(&output))

@@ -11,7 +11,7 @@
  *                          fail   the call fails with OVERFLY_FAULT_ERRNO
  *                          short  half of what was asked is read or written, which is no error
  *                          end    nothing is read, as at a file's end
- *   OVERFLY_FAULT_REPORT   a file that gets "fired CALL PATH" and at the end "count N"
+ *   OVERFLY_FAULT_REPORT   a file that gets "fired CALL PATH", and at the end "count" and how many calls of each kind there were
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -36,7 +36,7 @@ static size_t under_len;
 static long at, calls;
 static int stays, error_number;
 static enum act does;
-static atomic_long count;
+static atomic_long count, seen[9];
 static int ready;
 
 #define REAL(name) __typeof__(&name) real = (__typeof__(&name))dlsym(RTLD_NEXT, #name)
@@ -76,9 +76,9 @@ __attribute__((constructor)) static void begin(void) {
 }
 
 __attribute__((destructor)) static void end(void) {
-    char text[64];
-    snprintf(text, sizeof text, "count %ld\n", atomic_load(&count));
-    if (ready) say(text);
+    char text[256] = "count";
+    for (int i = 0; i < 9; i++) snprintf(text + strlen(text), 24, " %ld", atomic_load(&seen[i]));
+    if (ready) say(strcat(text, "\n"));
 }
 
 /* ---- what a loss of power takes back: the bytes before each write that no sync has followed ---- */
@@ -174,7 +174,9 @@ static int path_of(int fd, char path[4096]) {
 }
 
 static enum act on(int kind, const char *call, const char *path) {
-    if (!(calls & kind) || !is_under(path)) return PASS;
+    if (!is_under(path)) return PASS;
+    atomic_fetch_add(&seen[__builtin_ctz(kind)], 1);
+    if (!(calls & kind)) return PASS;
     long n = atomic_fetch_add(&count, 1) + 1;
     if (at == 0 || n < at || (n > at && !stays)) return PASS;
     if (n == at) {
@@ -190,7 +192,7 @@ static enum act on(int kind, const char *call, const char *path) {
 
 static enum act on_fd(int kind, const char *call, int fd) {
     char path[4096];
-    if (!ready || !(calls & kind) || !path_of(fd, path)) return PASS;
+    if (!path_of(fd, path)) return PASS;
     return on(kind, call, path);
 }
 

@@ -1,7 +1,7 @@
 //! What only reads a store, under bad reads: the same answer as ever, or none; never another.
 
 use super::bench::{Bench, text};
-use super::shim::{Fault, Kind};
+use super::shim::{Fault, Kind, Report};
 use super::tally::spread;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -52,13 +52,14 @@ impl ReadTally {
     /// At most `most` bad reads of a kind, evenly over all.
     pub fn of(bench: &Bench, reading: &Reading, kind: Kind, most: u64, seed: u64) -> Self {
         bench.lay_out(&[("target.gpkg", reading.store.clone())].into());
-        let (output, _, points) = bench.disturb(&reading.arguments, Fault { kind, at: 0 });
+        let (output, report) = bench.disturb(&reading.arguments, Fault { kind, at: 0 });
+        let points = kind.points(&report.counts);
         assert!(output.status.success() && points > 0, "{} of {points} points: {}", reading.name, text(&output));
         let sound = answer(reading, &output);
         assert!(sound.iter().all(|v| !v.is_null()), "{}: {}", reading.name, text(&output));
         let mut tally = Self { points, ..Self::default() };
         for at in spread(points, most, seed) {
-            let (output, fired, _) = bench.disturb(&reading.arguments, Fault { kind, at });
+            let (output, Report { fired, .. }) = bench.disturb(&reading.arguments, Fault { kind, at });
             tally.tried += u64::from(fired.is_some());
             let said = text(&output);
             let mut wrong = |what: &str| {

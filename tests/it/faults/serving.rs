@@ -16,6 +16,7 @@ pub struct Serving {
     store: PathBuf,
     questions: Vec<Question>,
     sound: Vec<Answer>,
+    counts: Vec<u64>,
 }
 
 /// A request as it goes over the line, but for its host.
@@ -45,22 +46,23 @@ impl Drop for Running {
 impl Serving {
     /// Asks a sound copy of `store` for tiles, candidates and the place of `frame`.
     pub fn of(bench: &Bench, store: &Path, frame: &Path) -> Self {
-        let mut serving = Self { store: store.into(), questions: questions(store, frame), sound: Vec::new() };
-        let (sound, _, points) = serving.run(bench, Fault { kind: Kind::Bad, at: 0 }).expect("it starts");
-        assert!(sound.iter().all(|a| a.status == 200) && points > 0, "{points} points: {sound:?}");
-        serving.sound = sound;
+        let mut serving =
+            Self { store: store.into(), questions: questions(store, frame), sound: Vec::new(), counts: Vec::new() };
+        let (sound, counts) = serving.run(bench, Fault { kind: Kind::Bad, at: 0 }).expect("it starts");
+        assert!(sound.iter().all(|a| a.status == 200), "{sound:?}");
+        (serving.sound, serving.counts) = (sound, counts);
         serving
     }
 
     /// At most `most` bad reads of a kind, evenly over all.
     pub fn tally(&self, bench: &Bench, kind: Kind, most: u64, seed: u64) -> ReadTally {
-        let (_, _, points) = self.run(bench, Fault { kind, at: 0 }).expect("it starts");
+        let points = kind.points(&self.counts);
         let mut tally = ReadTally { points, ..ReadTally::default() };
         for at in spread(points, most, seed) {
             match self.run(bench, Fault { kind, at }) {
                 Err(said) if said.contains("panicked") || !said.contains("target.gpkg") => tally.failures.push(said),
                 Err(_) => tally.refused += 1,
-                Ok((answers, ..)) => {
+                Ok((answers, _)) => {
                     let wrong = self.wrong(&answers);
                     let whole = wrong.is_none() && answers == self.sound;
                     tally.answered += u64::from(whole);
@@ -86,9 +88,8 @@ impl Serving {
         (health.status != 200).then(|| "it does not say how it is".to_owned())
     }
 
-    /// Starts, asks everything, stops: the answers, whether the fault came, and how many calls could have met it. `Err`: what
-    /// it said instead of starting.
-    fn run(&self, bench: &Bench, fault: Fault) -> Result<(Vec<Answer>, bool, u64), String> {
+    /// Starts, asks everything, stops: the answers, and calls of each kind. `Err`: what it said instead of starting.
+    fn run(&self, bench: &Bench, fault: Fault) -> Result<(Vec<Answer>, Vec<u64>), String> {
         bench.lay_out(&[("target.gpkg", self.store.clone())].into());
         let words = ["serve", "--onboard", "--listen", "127.0.0.1:0", "--db", "{}/target.gpkg"].map(Into::into);
         let mut command = bench.armed(&words, fault);
@@ -116,8 +117,7 @@ impl Serving {
         if said.contains("panicked") {
             return Err(said);
         }
-        let report = bench.report();
-        Ok((answers, report.fired.is_some(), report.count))
+        Ok((answers, bench.report().counts))
     }
 }
 

@@ -60,6 +60,11 @@ impl Kind {
         }
     }
 
+    /// How many calls could meet it, of a run in which there were so many of each kind.
+    pub fn points(self, counts: &[u64]) -> u64 {
+        (0..counts.len()).filter(|bit| self.calls() & (1 << bit) != 0).map(|bit| counts[bit]).sum()
+    }
+
     fn does(self) -> &'static str {
         match self {
             Self::Kill => "kill",
@@ -92,8 +97,8 @@ pub struct Fault {
 pub struct Report {
     /// The call that met the fault, and its file; `None` where the run ended before.
     pub fired: Option<String>,
-    /// Calls that could have; of a run that was not killed.
-    pub count: u64,
+    /// Calls of each kind; of a run that was not killed.
+    pub counts: Vec<u64>,
 }
 
 /// The layer, compiled.
@@ -144,6 +149,7 @@ impl Shim {
     pub fn report(&self) -> Report {
         let text = std::fs::read_to_string(&self.report).unwrap_or_default();
         let line = |word: &str| text.lines().find_map(|l| l.strip_prefix(word)).map(str::to_owned);
-        Report { fired: line("fired "), count: line("count ").map_or(0, |n| n.parse().unwrap()) }
+        let counts = line("count ").unwrap_or_default();
+        Report { fired: line("fired "), counts: counts.split(' ').filter_map(|n| n.parse().ok()).collect() }
     }
 }

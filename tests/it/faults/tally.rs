@@ -23,7 +23,7 @@ pub struct Tally {
 impl Tally {
     /// At most `most` faults of a kind, evenly over all points where there are more.
     pub fn of(bench: &Bench, operation: &Operation, expected: &Undisturbed, kind: Kind, most: u64, seed: u64) -> Self {
-        let points = bench.count(operation, kind);
+        let points = kind.points(&expected.counts);
         assert!(points > 0, "{}: no call can meet {kind:?}; does something go around the layer?", operation.name);
         let mut tally = Self { points, ..Self::default() };
         for at in spread(points, most, seed) {
