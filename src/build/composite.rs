@@ -50,7 +50,7 @@ pub fn compose(tile: TileId, indices: &[usize], pool: &Pool) -> Result<Option<Ti
 }
 
 /// Fills what is missing above from below; whether anything was filled.
-fn fill(above: &mut MaskedColour, below: &MaskedColour) -> bool {
+pub fn fill(above: &mut MaskedColour, below: &MaskedColour) -> bool {
     let width = above.mask.width_px();
     let mut filled = false;
     for index in 0..above.mask.values().len() {

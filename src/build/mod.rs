@@ -8,6 +8,7 @@ mod composite;
 mod declare;
 mod error;
 mod estimate;
+mod merge;
 mod outline;
 mod overview;
 mod pipeline;
@@ -18,6 +19,7 @@ mod request;
 
 pub use error::{BuildError, MAX_TILES, Rejected};
 pub use estimate::Estimate;
+pub use merge::{Conflict, MergeError, MergeRequest, Merged, MergedLayer, merge};
 pub use recipe::KEYPOINTS_PER_TILE;
 pub use request::Request;
 

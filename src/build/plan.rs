@@ -117,7 +117,7 @@ fn same_sources(a: &[Source], b: &[Source]) -> bool {
 }
 
 /// Base tiles and the sources that meet each, in covering order.
-fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>>, BuildError> {
+pub fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>>, BuildError> {
     let mut cover: BTreeMap<TileId, Vec<usize>> = BTreeMap::new();
     for (index, source) in sources.iter().enumerate() {
         let outline = Outline::new(&source.outline_deg, zoom).map_err(|e| BuildError::NothingUsable {
@@ -139,7 +139,10 @@ fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>>, B
 }
 
 /// The hash of what decides each tile, and the overview levels, finest first.
-fn inputs(sources: &[Source], cover: &BTreeMap<TileId, Vec<usize>>) -> (HashMap<TileId, [u8; 32]>, Vec<Vec<TileId>>) {
+pub fn inputs(
+    sources: &[Source],
+    cover: &BTreeMap<TileId, Vec<usize>>,
+) -> (HashMap<TileId, [u8; 32]>, Vec<Vec<TileId>>) {
     let mut wanted: HashMap<TileId, [u8; 32]> = cover
         .iter()
         .map(|(tile, indices)| (*tile, recipe::base_inputs(indices.iter().map(|&i| &sources[i]))))

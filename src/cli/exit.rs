@@ -1,5 +1,6 @@
 //! Exit codes and failures with their stable code words.
 
+use overfly::build::MergeError;
 use overfly::locate::LocateError;
 use overfly::locate::candidates::CandidatesError;
 use overfly::package::PackageError;
@@ -58,6 +59,13 @@ impl Failure {
 
 impl From<StoreError> for Failure {
     fn from(error: StoreError) -> Self {
+        let code = error.code();
+        if error.is_unusable_input() { Self::unusable(code, error) } else { Self::failed(code, error) }
+    }
+}
+
+impl From<MergeError> for Failure {
+    fn from(error: MergeError) -> Self {
         let code = error.code();
         if error.is_unusable_input() { Self::unusable(code, error) } else { Self::failed(code, error) }
     }

@@ -19,6 +19,7 @@ mod fix;
 mod fly;
 mod info;
 mod keygen;
+mod merge;
 mod motion;
 mod negatives;
 mod number;
@@ -38,7 +39,7 @@ use std::process::ExitCode;
 
 /// What every command has in common.
 const HELP: &str = "\
-Before the flight: build, verify, evaluate, calibrate, experiment, plan, export, diff, apply. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
+Before the flight: build, merge, verify, evaluate, calibrate, experiment, plan, export, diff, apply. In flight: candidates, fix, motion, or serve, which does all three over HTTP.
 
   overfly demo                                       all of it, on the project's own tiles
   overfly build --db map.gpkg ORTHOPHOTOS            a store from files or folders
@@ -98,6 +99,8 @@ enum Command {
     Diff(diff::Args),
     /// Make the new store of the old one and a patch.
     Apply(apply::Args),
+    /// Merge stores that were built apart into one.
+    Merge(merge::Args),
     /// Make a pair of keys to sign exported stores with.
     Keygen(keygen::Args),
     /// Serve a store over HTTP.
@@ -157,6 +160,7 @@ pub fn run() -> ExitCode {
         Command::Export(args) => export::run(args, &output),
         Command::Diff(args) => diff::run(args, &output),
         Command::Apply(args) => apply::run(args, &output),
+        Command::Merge(args) => merge::run(args, &output),
         Command::Keygen(args) => keygen::run(args, &output),
         Command::Serve(args) => serve::run(args, &output),
         Command::Completions(args) => completions::run(args, &output),

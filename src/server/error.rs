@@ -1,5 +1,6 @@
 //! `ServerError`: every way in which a request can fail, and the one place where failures become status codes.
 
+use super::export_jobs::Refusal;
 use super::form::FormError;
 use super::query::QueryError;
 use crate::camera::CameraError;
@@ -43,6 +44,12 @@ pub(super) enum ServerError {
     Method,
     #[error("as many uploads as the service holds are in progress: try again")]
     Busy,
+    #[error("another export is being written: try again when it is done")]
+    Exporting,
+    #[error("there is no such export; begin one with POST /v1/exports")]
+    NoExport,
+    #[error("{}", .0.detail)]
+    Export(Refusal),
     #[error("no answer within {limit_s} s: ask for less, or try again when fewer ask")]
     TimeLimit { limit_s: f64 },
     #[error("the service failed in a way it should not; its log says where")]
@@ -82,9 +89,10 @@ impl ServerError {
             Self::Parameter { .. } | Self::TileName(_) | Self::TileIndex { .. } | Self::Path(_) => {
                 StatusCode::BAD_REQUEST
             }
-            Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute => StatusCode::NOT_FOUND,
+            Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
+            Self::Export(refusal) => refusal.status,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Busy | Self::TimeLimit { .. } => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Busy | Self::Exporting | Self::TimeLimit { .. } => StatusCode::SERVICE_UNAVAILABLE,
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
         }
     }
@@ -106,7 +114,9 @@ impl ServerError {
             Self::Path(_) => "path",
             Self::NoRoute => "no_such_route",
             Self::Method => "method_not_allowed",
-            Self::Busy => "busy",
+            Self::Busy | Self::Exporting => "busy",
+            Self::NoExport => "no_such_export",
+            Self::Export(refusal) => refusal.code,
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",
         }

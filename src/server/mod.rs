@@ -1,7 +1,8 @@
 //! The HTTP service over one store: preflight and onboard routers.
 //!
 //! Handlers parse, make one library call, reply. Every failure becomes a problem+json document in `problem`. Nothing
-//! here writes: the state holds a `store::Reader`.
+//! here writes to the store: the state holds a `store::Reader`. On the ground exports are written, to a temporary folder
+//! of the service's own.
 //!
 //! Layers, digest and indexes are read once, at the start. A store whose finished layers change afterwards (or whose file
 //! is replaced or removed) is answered from no more: 503 `store_changed` until the service is started again. A request
@@ -13,6 +14,8 @@ mod candidates;
 mod catalogue;
 mod connections;
 mod error;
+mod export_jobs;
+mod exports;
 mod fix_parameters;
 mod fixes;
 mod form;

@@ -5,7 +5,7 @@ use super::metrics::observe;
 use super::problem::{PROBLEM_JSON, Problem};
 use super::state::{Service, ServiceState};
 use super::work::Load;
-use super::{candidates, catalogue, fixes, motions, operations, page, tiles};
+use super::{candidates, catalogue, exports, fixes, motions, operations, page, tiles};
 use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -30,12 +30,13 @@ use utoipa_axum::routes;
         (name = "registration", description = "Fixes and motions"),
         (name = "store", description = "What the store holds"),
         (name = "tiles", description = "Imagery and descriptors"),
+        (name = "exports", description = "What one flight needs, for the aircraft's storage; on the ground only"),
         (name = "operations", description = "For those who run the service")
     )
 )]
 struct Api;
 
-/// The service's routes. Onboard has no route that writes; this far, preflight has none either.
+/// The service's routes. Onboard has no route that writes.
 pub fn router(state: ServiceState) -> Router {
     let of_the_store = OpenApiRouter::new()
         .routes(routes!(candidates::get))
@@ -47,15 +48,16 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(tiles::image))
         .routes(routes!(tiles::tilejson))
         .routes(routes!(tiles::descriptors))
-        .routes(routes!(operations::readyz))
-        .route_layer(from_fn_with_state(state.clone(), same_store));
+        .routes(routes!(operations::readyz));
+    let of_the_store = match state.service {
+        Service::Preflight => of_the_store.routes(routes!(exports::post)).routes(routes!(exports::get)),
+        Service::Onboard => of_the_store,
+    };
+    let of_the_store = of_the_store.route_layer(from_fn_with_state(state.clone(), same_store));
     let routes = OpenApiRouter::with_openapi(Api::openapi())
         .merge(of_the_store)
         .routes(routes!(operations::healthz))
         .routes(routes!(operations::metrics));
-    let routes = match state.service {
-        Service::Preflight | Service::Onboard => routes,
-    };
     let (router, api) = routes.split_for_parts();
     let limits = state.limits;
     let metrics = state.metrics.clone();

@@ -1,6 +1,7 @@
 //! `ServiceState`: what every handler shares.
 
 use super::error::ServerError;
+use super::export_jobs::ExportJobs;
 use super::metrics::Metrics;
 use super::work::Work;
 use crate::locate::candidates::Residents;
@@ -81,14 +82,24 @@ pub struct ServiceState {
     pub(super) work: Work,
     pub(super) metrics: Metrics,
     pub(super) warnings: Arc<[String]>,
+    /// On the ground.
+    pub(super) exports: Option<Arc<ExportJobs>>,
 }
 
 impl ServiceState {
-    /// The state of a service over `store`.
+    /// The state of a service over `store`. On the ground it gets a temporary folder for exports; where none can be made,
+    /// there are no exports, and the log says so.
     pub fn new(store: Reader, service: Service, limits: Limits) -> Self {
         let (work, metrics) = (Work::new(&limits), Metrics::new());
         let residents = Arc::new(Residents::new(limits.index_bytes));
-        Self { store: Arc::new(store), residents, service, limits, work, metrics, warnings: Arc::new([]) }
+        let exports = match service {
+            Service::Onboard => None,
+            Service::Preflight => ExportJobs::new()
+                .inspect_err(|e| tracing::warn!("no exports over HTTP: no temporary folder can be made: {e}"))
+                .ok(),
+        };
+        let (store, exports) = (Arc::new(store), exports.map(Arc::new));
+        Self { store, residents, service, limits, work, metrics, warnings: Arc::new([]), exports }
     }
 
     /// The same with something to warn of in every statement of its health.

@@ -1,0 +1,163 @@
+//! `ExportJobs`: exports under way and those that are kept, each a file of a folder that goes with the service.
+
+use super::error::ServerError;
+use super::exports::{ExportParameters, ExportProgress};
+use crate::package::{ExportRequest, Exported, PackageError, export};
+use crate::store::Reader;
+use axum::http::StatusCode;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use tempfile::TempDir;
+
+/// Files kept; the one that was begun longest ago goes first.
+const KEPT: usize = 16;
+
+/// Exports of one store, by name, the last begun last.
+#[derive(Debug)]
+pub(super) struct ExportJobs {
+    folder: TempDir,
+    jobs: Mutex<Vec<Arc<Job>>>,
+}
+
+/// What became of an export.
+#[derive(Debug)]
+pub(super) enum Found {
+    UnderWay(ExportProgress),
+    Done { path: PathBuf, file_digest: String },
+}
+
+#[derive(Debug)]
+struct Job {
+    id: String,
+    path: PathBuf,
+    done: AtomicU64,
+    total: AtomicU64,
+    outcome: OnceLock<Result<Exported, Refusal>>,
+}
+
+/// Why an export failed, as it is told to whoever asks.
+#[derive(Debug, Clone)]
+pub(super) struct Refusal {
+    pub status: StatusCode,
+    pub code: &'static str,
+    pub detail: String,
+}
+
+impl ExportJobs {
+    /// With a new folder under the system's for temporary files.
+    ///
+    /// # Errors
+    /// Where none can be made.
+    pub(super) fn new() -> std::io::Result<Self> {
+        let folder = tempfile::Builder::new().prefix("overfly-exports-").tempdir()?;
+        Ok(Self { folder, jobs: Mutex::default() })
+    }
+
+    /// Begins an export on a thread of its own, unless the same was begun before and did not fail.
+    ///
+    /// # Errors
+    /// [`ServerError::Exporting`] where another is being written.
+    pub(super) fn begin(
+        &self,
+        store: &Arc<Reader>,
+        parameters: &ExportParameters,
+        request: ExportRequest,
+    ) -> Result<ExportProgress, ServerError> {
+        let id = id_of(store.digest(), parameters);
+        let mut jobs = self.lock();
+        jobs.retain(|job| job.id != id || !job.has_failed());
+        if let Some(job) = jobs.iter().find(|job| job.id == id) {
+            return Ok(job.progress());
+        }
+        if jobs.iter().any(|job| job.outcome.get().is_none()) {
+            return Err(ServerError::Exporting);
+        }
+        while jobs.len() >= KEPT {
+            // Whoever reads it still has it open; the name is free.
+            let _ = std::fs::remove_file(&jobs.remove(0).path);
+        }
+        let path = self.folder.path().join(format!("{id}.gpkg"));
+        let (done, total, outcome) = (AtomicU64::new(0), AtomicU64::new(0), OnceLock::new());
+        let job = Arc::new(Job { id, path, done, total, outcome });
+        jobs.push(Arc::clone(&job));
+        let (progress, store) = (job.progress(), Arc::clone(store));
+        tokio::task::spawn_blocking(move || job.run(&store, &request));
+        Ok(progress)
+    }
+
+    /// What became of an export.
+    ///
+    /// # Errors
+    /// [`ServerError::NoExport`], or why it failed.
+    pub(super) fn find(&self, id: &str) -> Result<Found, ServerError> {
+        let jobs = self.lock();
+        let job = jobs.iter().find(|job| job.id == id).ok_or(ServerError::NoExport)?;
+        match job.outcome.get() {
+            None => Ok(Found::UnderWay(job.progress())),
+            Some(Ok(exported)) => Ok(Found::Done { path: job.path.clone(), file_digest: exported.file_digest.clone() }),
+            Some(Err(refusal)) => Err(ServerError::Export(refusal.clone())),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Arc<Job>>> {
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Job {
+    fn run(&self, store: &Reader, request: &ExportRequest) {
+        let progress = |done, total| {
+            self.done.store(done, Ordering::Relaxed);
+            self.total.store(total, Ordering::Relaxed);
+        };
+        // A job that never ends would hold the place for ever.
+        let outcome = catch_unwind(AssertUnwindSafe(|| export(store, request, &self.path, &progress)))
+            .map(|outcome| outcome.map_err(|error| Refusal::of(&error, [store.path(), &self.path])))
+            .unwrap_or_else(|_| Err(Refusal::panicked()));
+        // Nobody else sets it.
+        let _ = self.outcome.set(outcome);
+    }
+
+    fn has_failed(&self) -> bool {
+        matches!(self.outcome.get(), Some(Err(_)))
+    }
+
+    fn progress(&self) -> ExportProgress {
+        ExportProgress {
+            id: self.id.clone(),
+            done: self.outcome.get().is_some(),
+            tiles_done: self.done.load(Ordering::Relaxed),
+            tiles: self.total.load(Ordering::Relaxed),
+        }
+    }
+}
+
+impl Refusal {
+    fn panicked() -> Self {
+        let error = ServerError::Panicked;
+        Self { status: error.status(), code: error.code(), detail: error.to_string() }
+    }
+
+    /// In words without the server's own paths, which are no caller's business.
+    fn of(error: &PackageError, paths: [&Path; 2]) -> Self {
+        let text = error.to_string();
+        let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));
+        let status = if error.is_unusable_input() {
+            StatusCode::UNPROCESSABLE_ENTITY
+        } else {
+            StatusCode::INTERNAL_SERVER_ERROR
+        };
+        if status == StatusCode::INTERNAL_SERVER_ERROR {
+            tracing::error!(code = error.code(), "export: {text}");
+        }
+        Self { status, code: error.code(), detail: named.unwrap_or(&text).to_owned() }
+    }
+}
+
+/// The same for the same request of the same store.
+fn id_of(digest: &str, parameters: &ExportParameters) -> String {
+    let text = serde_json::to_string(&(digest, parameters)).expect("parameters serialise");
+    blake3::hash(text.as_bytes()).to_hex().to_string()
+}

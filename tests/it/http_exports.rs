@@ -1,0 +1,151 @@
+//! Exports over HTTP: the file that the command line writes, whole or in ranges; on the ground only.
+
+use crate::drawn::drawn_store;
+use crate::export::{drawn_request, export_to};
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::header::{CONTENT_RANGE, CONTENT_TYPE, ETAG, LOCATION, RANGE};
+use axum::http::{HeaderMap, Request, StatusCode};
+use overfly::server::{Limits, Service, ServiceState, router};
+use overfly::store::Reader;
+use serde_json::{Value, json};
+use tower::ServiceExt;
+
+struct Reply {
+    status: StatusCode,
+    headers: HeaderMap,
+    body: Vec<u8>,
+}
+
+impl Reply {
+    fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {:?}", String::from_utf8_lossy(&self.body)))
+    }
+
+    fn code(&self) -> String {
+        self.json()["code"].as_str().unwrap_or_default().to_owned()
+    }
+}
+
+fn service(service: Service) -> Router {
+    router(ServiceState::new(Reader::open(drawn_store().path()).unwrap(), service, Limits::default()))
+}
+
+fn send(app: &Router, request: Request<Body>) -> Reply {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
+    runtime.block_on(async {
+        let response = app.clone().oneshot(request).await.unwrap();
+        let (parts, body) = response.into_parts();
+        Reply { status: parts.status, headers: parts.headers, body: to_bytes(body, 1 << 28).await.unwrap().into() }
+    })
+}
+
+fn post(app: &Router, body: &Value) -> Reply {
+    let request = Request::post("/v1/exports").header(CONTENT_TYPE, "application/json");
+    send(app, request.body(Body::from(body.to_string())).unwrap())
+}
+
+fn get(app: &Router, path: &str, range: Option<&str>) -> Reply {
+    let request = range.iter().fold(Request::get(path), |request, range| request.header(RANGE, *range));
+    send(app, request.body(Body::empty()).unwrap())
+}
+
+/// Asks until the export is written or has failed.
+fn fetched(app: &Router, path: &str) -> Reply {
+    loop {
+        let reply = get(app, path, None);
+        if reply.status != StatusCode::ACCEPTED {
+            return reply;
+        }
+        assert_eq!(reply.json()["done"], false);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+}
+
+fn along(from_deg: [f64; 2], to_deg: [f64; 2], corridor_m: f64) -> Value {
+    json!({"route": {"type": "LineString", "coordinates": [from_deg, to_deg]}, "corridor_m": corridor_m})
+}
+
+#[test]
+fn the_file_is_that_of_the_command_and_comes_in_ranges() {
+    let app = service(Service::Preflight);
+    let asked = along([15.6053, 48.4961], [15.6120, 48.4961], 300.0);
+    let begun = post(&app, &asked);
+    assert_eq!(begun.status, StatusCode::ACCEPTED, "{}", begun.json());
+    let place = begun.headers[LOCATION].to_str().unwrap().to_owned();
+    assert_eq!(place, format!("/v1/exports/{}", begun.json()["id"].as_str().unwrap()));
+    let whole = fetched(&app, &place);
+    assert_eq!(
+        (whole.status, &whole.headers[CONTENT_TYPE]),
+        (StatusCode::OK, &"application/geopackage+sqlite3".parse().unwrap())
+    );
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.gpkg");
+    let exported = export_to(drawn_store(), &drawn_request(), &path);
+    assert!(whole.body == std::fs::read(&path).unwrap(), "other bytes than the command's");
+    assert_eq!(whole.headers[ETAG], format!("\"{}\"", exported.file_digest));
+
+    let len = whole.body.len();
+    for (range, from, to) in [
+        ("bytes=0-99", 0, 100),
+        ("bytes=16000-16999", 16_000, 17_000),
+        ("bytes=-500", len - 500, len),
+        (&format!("bytes={}-", len - 7), len - 7, len),
+    ] {
+        let part = get(&app, &place, Some(range));
+        assert_eq!(part.status, StatusCode::PARTIAL_CONTENT, "{range}");
+        assert!(part.body == whole.body[from..to], "{range}");
+        assert_eq!(part.headers[CONTENT_RANGE], format!("bytes {from}-{}/{len}", to - 1));
+    }
+    assert_eq!(get(&app, &place, Some(&format!("bytes={len}-"))).status, StatusCode::RANGE_NOT_SATISFIABLE);
+    // Asked for again it is there already.
+    let again = post(&app, &asked);
+    assert_eq!((again.status, &again.headers[LOCATION]), (StatusCode::OK, &place.parse().unwrap()));
+    assert_eq!(again.json()["done"], true);
+}
+
+#[test]
+fn what_cannot_be_exported_is_told_without_the_servers_paths() {
+    let app = service(Service::Preflight);
+    let nowhere = post(&app, &along([1.0, 1.0], [1.1, 1.0], 300.0));
+    assert_eq!(nowhere.status, StatusCode::ACCEPTED);
+    let failed = fetched(&app, nowhere.headers[LOCATION].to_str().unwrap());
+    assert_eq!((failed.status.as_u16(), failed.code()), (422, "no_tile_in_corridor".into()));
+    assert!(!String::from_utf8_lossy(&failed.body).contains(drawn_store().path().to_str().unwrap()));
+    // What failed is tried anew.
+    assert_eq!(post(&app, &along([1.0, 1.0], [1.1, 1.0], 300.0)).status, StatusCode::ACCEPTED);
+
+    let good = along([15.6053, 48.4961], [15.6120, 48.4961], 300.0);
+    let with = |key: &str, value: Value| {
+        let mut body = good.clone();
+        body[key] = value;
+        body
+    };
+    for (body, status, code) in [
+        (json!({"corridor_m": 1.0}), 400, "request_not_valid"),
+        (json!([1, 2]), 400, "request_not_valid"),
+        (with("route", json!("south")), 400, "parameter_out_of_range"),
+        (with("corridor_m", json!(-1.0)), 400, "parameter_out_of_range"),
+        (with("valid_until", json!("soon")), 400, "parameter_out_of_range"),
+        (with("layers", json!(["none"])), 404, "no_such_layer"),
+        (with("sign", json!("ground.key")), 400, "request_not_valid"),
+    ] {
+        let reply = post(&app, &body);
+        assert_eq!((reply.status.as_u16(), reply.code()), (status, code.into()), "{body}");
+        assert_eq!(reply.headers[CONTENT_TYPE], "application/problem+json");
+    }
+    assert_eq!(get(&app, "/v1/exports/none", None).code(), "no_such_export");
+    assert_eq!(get(&app, "/v1/exports/..%2f..%2fetc%2fpasswd", None).code(), "no_such_export");
+}
+
+#[test]
+fn onboard_there_is_no_such_route() {
+    let app = service(Service::Onboard);
+    let reply = post(&app, &along([15.6053, 48.4961], [15.6120, 48.4961], 300.0));
+    assert_eq!((reply.status.as_u16(), reply.code()), (404, "no_such_route".into()));
+    let api = get(&app, "/openapi.json", None).json();
+    assert!(api["paths"].as_object().unwrap().keys().all(|path| !path.contains("export")), "{api}");
+    let ground = get(&service(Service::Preflight), "/openapi.json", None).json();
+    assert!(ground["paths"]["/v1/exports"]["post"].is_object());
+}
