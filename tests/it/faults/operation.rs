@@ -72,7 +72,11 @@ fn renamed(material: &Material) -> Vec<Operation> {
     let apply = words(&["apply", "{}/target.gpkg", "{}/patch"]);
     let apply_out = words(&["apply", "{}/from.gpkg", "{}/patch", "--out", "{}/target.gpkg"]);
     let diff = words(&["diff", "{}/from.gpkg", "{}/to.gpkg", "--out", "{}/target.gpkg"]);
+    let merge = words(&["merge", "{}/a.gpkg", "{}/b.gpkg", "--out", "{}/target.gpkg"]);
+    let both = [("a.gpkg", "of a"), ("b.gpkg", "of b")];
     vec![
+        row("merge, nothing there", &both, merge.clone()),
+        row("merge, over an older one", &[both[0], both[1], (TARGET, "of b")], merge),
         row("export, nothing there", &[("from.gpkg", "of both")], export.clone()),
         row("export, over an older one", &[("from.gpkg", "of both"), (TARGET, "exported")], export),
         row("apply, to an exported store", &[("patch", "sealed patch"), (TARGET, "exported")], apply.clone()),
@@ -108,9 +112,12 @@ impl Material {
         ];
         let [a, b] = &sources;
         let mut files = BTreeMap::new();
-        for (name, options, sources) in
-            [("of a", &[][..], &[a][..]), ("of both", &[], &[a, b]), ("of both, fine", &["--zoom", "18"], &[a, b])]
-        {
+        for (name, options, sources) in [
+            ("of a", &[][..], &[a][..]),
+            ("of b", &[], &[b]),
+            ("of both", &[], &[a, b]),
+            ("of both, fine", &["--zoom", "18"], &[a, b]),
+        ] {
             let path = folder.join(format!("{name}.gpkg"));
             bench.succeed(&build_words(text(&path), options, sources));
             files.insert(name, path);
