@@ -1,7 +1,7 @@
 //! Whatever goes wrong with disk or power, what is written is the old or the new, and what is read is right or refused. The
 //! short form; `examples/faults` is the long one.
 
-use crate::drawn::{drawn_store, project};
+use crate::drawn::{CRS, drawn_store, orthophoto, project};
 use crate::export::{drawn_request, export_to, request, route};
 use crate::faults::bench::{Bench, End};
 use crate::faults::operation::operations;
@@ -10,9 +10,12 @@ use crate::faults::serving::Serving;
 use crate::faults::shim::{Fault, Kind};
 use crate::faults::tally::Tally;
 use crate::injury::a_day;
+use overfly::build::{self, Request};
 use overfly::package::{Verify, verify_package};
+use overfly::store::Reader;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 
 /// Faults of a kind on an operation; each operation meets a third of the kinds.
 const EACH: u64 = 2;
@@ -68,15 +71,15 @@ fn bad_reads_give_the_same_answer_or_none() {
     let mut failures = Vec::new();
     for reading in readings(drawn_store().path(), &exported, &project("")) {
         for kind in Kind::IO {
-            let tally = ReadTally::of(&bench, &reading, kind, 3, kind as u64);
-            assert!(tally.points > 3 && tally.tried == 3, "{}: {kind:?} {tally:?}", reading.name);
+            let tally = ReadTally::of(&bench, &reading, kind, 2, kind as u64);
+            assert!(tally.points > 2 && tally.tried == 2, "{}: {kind:?} {tally:?}", reading.name);
             failures.extend(tally.failures);
         }
     }
     export_to(drawn_store(), &request(route([15.6120, 48.4915], [15.6160, 48.4915]), 200.0), &exported);
     let serving = Serving::of(&bench, &exported, &project("tiles/flight/frames/019.jpg"));
     for kind in Kind::IO {
-        failures.extend(serving.tally(&bench, kind, 3, kind as u64).failures);
+        failures.extend(serving.tally(&bench, kind, 2, kind as u64).failures);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -100,4 +103,32 @@ fn a_store_cut_off_at_any_page_is_refused() {
             assert!(!found.is_ok_and(|f| f.store.ok), "{} cut off behind page {pages}", store.display());
         }
     }
+}
+
+/// A build that adds a source keeps tiles that it does not touch, and makes overviews of them: of a damaged one that would be a
+/// wrong overview whose hash is right, which nothing could find later.
+#[test]
+fn no_overview_is_made_of_a_damaged_tile() {
+    let folder = tempfile::tempdir().unwrap();
+    let db = folder.path().join("map.gpkg");
+    let build = |source: PathBuf| {
+        let (sources, threads, crs) = (vec![source], 2, Some(CRS));
+        let request = Request { db: db.clone(), layer: "ortho".into(), sources, threads, crs, ..Request::default() };
+        build::run(&request, &mut |_| ControlFlow::Continue(()))
+    };
+    build(orthophoto(folder.path(), "a.png", (900, 800), (0, 0), 1, false)).unwrap();
+    let reader = Reader::open(&db).unwrap();
+    let layer = reader.layer("ortho").unwrap();
+    let tiles = reader.footprints(layer, layer.base_zoom).unwrap();
+    let west = tiles.iter().map(|f| f.tile).min_by_key(|t| t.column()).unwrap();
+    let image = reader.encoded_tile(layer, west).unwrap().unwrap().bytes;
+    drop(reader);
+    let mut bytes = std::fs::read(&db).unwrap();
+    let needle = &image[image.len() / 2..image.len() / 2 + 40];
+    let at = bytes.windows(needle.len()).position(|w| w == needle).unwrap();
+    bytes[at] ^= 8;
+    std::fs::write(&db, bytes).unwrap();
+    let error = build(orthophoto(folder.path(), "b.png", (600, 600), (700, 100), 2, false)).unwrap_err();
+    assert_eq!(error.code(), "damaged_store", "{error}");
+    assert!(error.to_string().contains(&west.to_string()), "{error}");
 }

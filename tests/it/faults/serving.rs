@@ -79,7 +79,7 @@ impl Serving {
     fn wrong(&self, answers: &[Answer]) -> Option<String> {
         for ((question, found), sound) in self.questions.iter().zip(answers).zip(&self.sound) {
             let refused = found.status >= 500 || found.status == 200 && no_fix(&found.body);
-            if !refused && found.status != sound.status || !refused && !same(&found.body, &sound.body) {
+            if !refused && (found.status != sound.status || !same(&found.body, &sound.body)) {
                 let body = String::from_utf8_lossy(&found.body).chars().take(300).collect::<String>();
                 return Some(format!("{} answers {} {body}", question.line, found.status));
             }
