@@ -1,5 +1,5 @@
-//! Whatever goes wrong with disk or power, what is written is the old or the new, and what is read is right or refused. The
-//! short form; `examples/faults` is the long one.
+//! Whatever goes wrong with disk or power, what is written is the old or the new, and what is read is right or refused.
+//! The short form; `examples/faults` is the long one.
 
 use crate::drawn::{CRS, drawn_store, orthophoto, project};
 use crate::export::{drawn_request, export_to, request, route};
@@ -26,12 +26,13 @@ fn bench(folder: &Path, test: &str) -> Option<Bench> {
     bench.map_err(|reason| eprintln!("SKIPPED {test}: {reason}")).ok()
 }
 
-#[test]
-fn a_target_is_absent_old_or_new_and_the_next_run_ends_as_if_nothing_had_been() {
+/// The ends that targets came to, over the operations that resume or those that rename; what is wrong must be nothing.
+fn ends(resumes: bool, test: &str) -> Option<BTreeMap<End, u64>> {
     let folder = tempfile::tempdir().unwrap();
-    let Some(bench) = bench(folder.path(), "a_target_is_absent_old_or_new") else { return };
+    let bench = bench(folder.path(), test)?;
     let (mut failures, mut ends) = (Vec::new(), BTreeMap::new());
-    for (index, operation) in operations(&bench, folder.path()).iter().enumerate() {
+    let operations = operations(&bench, folder.path());
+    for (index, operation) in operations.iter().filter(|o| o.resumes == resumes).enumerate() {
         let expected = bench.undisturbed(operation);
         let kinds = Kind::KILLS.into_iter().chain(Kind::FULL).chain(Kind::IO);
         for kind in kinds.filter(|&kind| kind as usize % 3 == index % 3) {
@@ -44,7 +45,22 @@ fn a_target_is_absent_old_or_new_and_the_next_run_ends_as_if_nothing_had_been() 
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
-    assert!(ends.values().all(|&n| n > 0), "{ends:?}");
+    Some(ends)
+}
+
+#[test]
+fn a_disturbed_build_leaves_the_old_or_the_new_and_goes_on() {
+    let Some(ends) = ends(true, "a_disturbed_build_leaves_the_old_or_the_new_and_goes_on") else { return };
+    assert!([End::Old, End::Unfinished, End::New].iter().all(|end| ends[end] > 0), "{ends:?}");
+}
+
+#[test]
+fn what_is_renamed_into_place_is_absent_old_or_new() {
+    let Some(ends) = ends(false, "what_is_renamed_into_place_is_absent_old_or_new") else { return };
+    assert!(
+        [End::Absent, End::Old, End::New].iter().all(|end| ends[end] > 0) && ends[&End::Unfinished] == 0,
+        "{ends:?}"
+    );
 }
 
 #[test]
@@ -105,8 +121,8 @@ fn a_store_cut_off_at_any_page_is_refused() {
     }
 }
 
-/// A build that adds a source keeps tiles that it does not touch, and makes overviews of them: of a damaged one that would be a
-/// wrong overview whose hash is right, which nothing could find later.
+/// A build that adds a source keeps tiles that it does not touch, and makes overviews of them: of a damaged one that would
+/// be a wrong overview whose hash is right, which nothing could find later.
 #[test]
 fn no_overview_is_made_of_a_damaged_tile() {
     let folder = tempfile::tempdir().unwrap();
