@@ -97,6 +97,7 @@ fn read(bench: &Bench, folder: &Path, args: &Args) -> Vec<String> {
         calibration: None,
         layers: Vec::new(),
         max_bytes: None,
+        jpeg_quality: None,
         valid_until: None,
         key: None,
     };

@@ -39,13 +39,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let key = args.key.as_deref().map(PublicKey::read).transpose()?;
     let out = args.out.as_ref().unwrap_or(&args.store);
     let request = ApplyRequest { store: &args.store, patch: &args.patch, out, key: key.as_ref() };
-    let bar = output.progress(0, "tiles");
-    let outcome = apply(&request, &|done, total| {
-        bar.set_length(total);
-        bar.set_position(done);
-    });
-    bar.finish_and_clear();
-    let applied = outcome?;
+    let applied = output.during("tiles", |tell| apply(&request, tell))?;
     output.say(&applied, || text(&request, &applied));
     Ok(Exit::Done)
 }

@@ -34,15 +34,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (old, new) = (Reader::open(&args.old)?, Reader::open(&args.new)?);
     let found = match &args.out {
         None => diff(&old, &new)?,
-        Some(out) => {
-            let bar = output.progress(0, "tiles");
-            let outcome = write_patch(&old, &new, out, &|done, total| {
-                bar.set_length(total);
-                bar.set_position(done);
-            });
-            bar.finish_and_clear();
-            outcome?
-        }
+        Some(out) => output.during("tiles", |tell| write_patch(&old, &new, out, tell))?,
     };
     output.say(&found, || text(args, &found));
     Ok(Exit::Done)

@@ -19,8 +19,8 @@ search whose ground lies inside answers as it would over the full store: W is at
 diagonal, and a third of an image more. With --aircraft the corridor grows along the way by that, and by the drift of relative
 registrations without any fix since the start.
 
---max-bytes drops, only as far as needed: the keypoint descriptors (no fix uses them); whole layers, oldest first, down to one; its
-finest levels. What was dropped and what that costs is printed and written down in the manifest.
+--max-bytes drops, only as far as needed: the keypoint descriptors (no fix uses them); whole layers, oldest first, down
+to one; its finest levels, down to one; its imagery's quality (JPEG 60, then 40). What was dropped and what that costs is printed and written down in the manifest.
 
 The file comes into being whole, by a rename; the same request gives the same bytes. It is sealed: `overfly verify` checks every
 byte of it, and no build writes to it.
@@ -55,6 +55,9 @@ pub struct Args {
     /// Drop what is needed least until the file takes no more.
     #[arg(long, value_name = "N")]
     max_bytes: Option<u64>,
+    /// Encode imagery anew with this JPEG quality, 1 to 100; what that does to fixes: docs/onboard.md.
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    jpeg_quality: Option<u8>,
     /// The last day on which it may be flown (UTC).
     #[arg(long, value_name = "DATE")]
     valid_until: Option<Date>,
@@ -87,13 +90,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.say(&Previewed { dry_run: true, preview: &preview }, || previewed(&preview));
         return Ok(Exit::Done);
     }
-    let bar = output.progress(0, "tiles");
-    let outcome = export(&store, &request, &args.out, &|done, total| {
-        bar.set_length(total);
-        bar.set_position(done);
-    });
-    bar.finish_and_clear();
-    let exported = outcome?;
+    let exported = output.during("tiles", |tell| export(&store, &request, &args.out, tell))?;
     steps(&exported.coverage, output);
     output.say(&exported, || text(args, &exported));
     Ok(Exit::Done)
@@ -118,6 +115,7 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
         drift,
         layers: args.layer.clone(),
         max_bytes: args.max_bytes,
+        jpeg_quality: args.jpeg_quality,
         valid_until: args.valid_until,
         key: args.sign.as_deref().map(SecretKey::read).transpose()?,
     })

@@ -48,14 +48,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Covers::First => Conflict::First,
         Covers::Refuse => Conflict::Refuse,
     };
-    let bar = output.progress(0, "tiles");
     let request = MergeRequest { stores: args.stores.clone(), out: args.out.clone(), conflict };
-    let outcome = merge(&request, &|done, total| {
-        bar.set_length(total);
-        bar.set_position(done);
-    });
-    bar.finish_and_clear();
-    let merged = outcome?;
+    let merged = output.during("tiles", |tell| merge(&request, tell))?;
     output.say(&merged, || text(args, &merged));
     Ok(Exit::Done)
 }

@@ -53,6 +53,17 @@ impl Output {
         }
     }
 
+    /// Does work that tells what of how much is done, with a progress bar for it.
+    pub fn during<T>(&self, unit: &str, work: impl FnOnce(&(dyn Fn(u64, u64) + Sync)) -> T) -> T {
+        let bar = self.progress(0, unit);
+        let outcome = work(&|done, total| {
+            bar.set_length(total);
+            bar.set_position(done);
+        });
+        bar.finish_and_clear();
+        outcome
+    }
+
     /// A progress bar on standard error; hidden unless that is a terminal and the user wants it.
     pub fn progress(&self, total: u64, unit: &str) -> ProgressBar {
         let bar = ProgressBar::new(total);

@@ -1,10 +1,12 @@
 //! `overfly serve`: the HTTP service.
 
+mod allocator;
+
 use super::verify::today;
 use super::{Exit, Failure, Output};
 use anyhow::Context;
 use overfly::package::{PublicKey, StalePolicy, open_onboard};
-use overfly::server::{Limits, Listen, Service, ServiceState, serve};
+use overfly::server::{Environment, Limits, Listen, Service, ServiceState, Supervisor, serve};
 use overfly::store::Reader;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -20,7 +22,8 @@ Examples:
 
 Onboard, an exported store's seal, manifest and signature and every footprint are proved before the service starts, a store past
 its last day is refused, and each tile's hash is proved when it is read: a damaged one is neither served nor matched, and
-/healthz says so. Age is judged at the start alone: nothing is taken away in flight.";
+/healthz says so. Age is judged at the start alone: nothing is taken away in flight. systemd is told of readiness, life and
+the end (Type=notify, WatchdogSec); docs/onboard.md has a unit.";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -42,22 +45,28 @@ pub struct Args {
     /// `y2012:3650=refuse`. May be given again. Unknown dates are older than any.
     #[arg(long, value_name = "[LAYER:]DAYS=ACTION", requires = "onboard")]
     stale_after_days: Vec<StalePolicy>,
-    /// Megabytes for indexes held in memory; what does not fit is answered from the file.
-    #[arg(long, default_value_t = 256, value_name = "MB")]
-    memory: u64,
+    /// Memory, as 128MB or 1GB; a plain number is megabytes. On the ground for indexes, 256MB by default. Onboard for all that
+    /// the service holds besides itself (some 40 MB), 512MB by default: frames are taken up to about a 23rd of it in pixels.
+    #[arg(long, value_name = "SIZE", value_parser = super::number::memory_bytes)]
+    memory: Option<u64>,
 }
 
 /// Serves until SIGTERM or ctrl-c.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if args.onboard {
+        allocator::spare();
+    }
     let listen: Listen =
         args.listen.parse().map_err(|e: overfly::server::ListenError| Failure::unusable(e.code(), e))?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose()?;
     log();
+    log_panics();
+    let limits = limits(args);
     let (service, store, warnings) = if args.onboard {
         let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today())?;
         let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
         warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
-        (Service::Onboard, opened.store, warnings)
+        (Service::Onboard, opened.store.keeping(limits.keep)?, warnings)
     } else {
         (Service::Preflight, Reader::open(&args.db)?, Vec::new())
     };
@@ -66,7 +75,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .build()
         .context("cannot start the threads of the service")
         .map_err(|e| Failure::failed("threads", e))?;
-    let limits = Limits { index_bytes: args.memory.saturating_mul(1_000_000), ..Limits::default() };
     let state = ServiceState::new(store, service, limits).with_warnings(warnings);
     let outcome = runtime.block_on(async {
         let stop = stop_signal().map_err(|e| Failure::failed("signals", e))?;
@@ -75,11 +83,35 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
                 format!("listening on {at}")
             });
         };
-        serve(&listen, state, started, stop).await.map_err(|e| Failure::failed(e.code(), e))
+        serve(&listen, state, supervisor(), started, stop).await.map_err(|e| Failure::failed(e.code(), e))
     });
     // A registration still at work would hold the exit; its answer has nobody to go to.
     runtime.shutdown_background();
     outcome.map(|()| Exit::Done)
+}
+
+/// Onboard the whole service keeps within what is allowed, on the ground its indexes do.
+fn limits(args: &Args) -> Limits {
+    match args.memory {
+        bytes if args.onboard => Limits::within(bytes.unwrap_or(512_000_000)),
+        bytes => Limits { index_bytes: bytes.unwrap_or(256_000_000), ..Limits::default() },
+    }
+}
+
+/// Who started the service, as systemd states it.
+fn supervisor() -> Supervisor {
+    let text = |name| std::env::var(name).ok();
+    let environment = Environment {
+        notify_socket: std::env::var_os("NOTIFY_SOCKET"),
+        watchdog_usec: text("WATCHDOG_USEC"),
+        watchdog_pid: text("WATCHDOG_PID"),
+    };
+    Supervisor::of(&environment, std::process::id())
+}
+
+/// A panic is a line of the log, with its place; what it broke off answers 500.
+fn log_panics() {
+    std::panic::set_hook(Box::new(|panic| tracing::error!("a panic: {panic}")));
 }
 
 fn log() {

@@ -42,13 +42,8 @@ pub fn today() -> Date {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let key = args.key.as_deref().map(PublicKey::read).transpose()?;
     let how = Verify { key: key.as_ref(), today: today(), every_tile: args.every_tile };
-    let bar = output.progress(0, "");
     let start = Instant::now();
-    let outcome = verify_package(&args.file, &how, &|done, total| {
-        bar.set_length(total);
-        bar.set_position(done);
-    });
-    bar.finish_and_clear();
+    let outcome = output.during("", |tell| verify_package(&args.file, &how, tell));
     let elapsed_s = start.elapsed().as_secs_f64();
     let found = outcome.map_err(|e| {
         let exit = if e.is_unusable_input() { Exit::Unusable } else { Exit::NoFix };

@@ -165,7 +165,7 @@ fn prepare<'a>(store: &'a Reader, query: &CandidateQuery) -> Result<(&'a Layer, 
     };
     let zoom = level(layer, query)?;
     let region = Region::new(query.centre, query.image, query.uncertainty)?;
-    bounded(&region.mercator_bounds(), zoom, layer)?;
+    bounded(&region.mercator_bounds(), zoom, layer, MAX_TILES)?;
     Ok((layer, zoom, region))
 }
 
@@ -191,14 +191,14 @@ fn level(layer: &Layer, query: &CandidateQuery) -> Result<u8, CandidatesError> {
     Ok(zoom_for_gsd(query.centre, gsd).clamp(layer.min_zoom, layer.base_zoom))
 }
 
-/// Refuses a question that could meet more tiles than [`MAX_TILES`].
-fn bounded(bounds: &MercatorBounds, zoom: u8, layer: &Layer) -> Result<(), CandidatesError> {
+/// How many tiles a question could meet; refused where these are more than `most`.
+fn bounded(bounds: &MercatorBounds, zoom: u8, layer: &Layer, most: u64) -> Result<u64, CandidatesError> {
     let world = TileId::new(0, 0, 0).expect("the world is a tile").mercator_bounds();
     let span_m = (world.max_x_m - world.min_x_m) / f64::from(1u32 << zoom.min(MAX_ZOOM));
     let cells = |extent_m: f64| (extent_m / span_m).ceil() + 1.0;
     let tiles = cells(bounds.max_x_m - bounds.min_x_m) * cells(bounds.max_y_m - bounds.min_y_m);
     let tiles = tiles.min(layer.tiles as f64) as u64;
-    if tiles > MAX_TILES { Err(CandidatesError::TooManyTiles { tiles, zoom }) } else { Ok(()) }
+    if tiles > most { Err(CandidatesError::TooManyTiles { tiles, zoom, most }) } else { Ok(tiles) }
 }
 
 #[cfg(test)]

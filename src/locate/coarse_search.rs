@@ -58,8 +58,8 @@ impl CoarseResult {
 
 /// Edge of one correlated block of places: bounds memory and keeps the ground scale constant within.
 pub const BLOCK_PX: i64 = 512;
-/// Surfaces held at once: a full turn under a vague height has thousands.
-const BATCH: usize = 64;
+/// Surfaces held at once for each thread, a megabyte each: a full turn under a vague height has thousands.
+const BATCH: usize = 8;
 /// Neighbouring hypotheses that share a denominator: their views differ by a few pixels at the rim.
 const ALIKE: usize = 4;
 /// Peaks kept.
@@ -131,10 +131,11 @@ fn search_block(
     }
     let coarse = CoarseMap::new(&structure, reach);
     let mut best = Best::new(block, area);
-    for (batch, views) in templates.views.chunks(BATCH).enumerate() {
+    let together = BATCH * threads.max(1);
+    for (batch, views) in templates.views.chunks(together).enumerate() {
         for (within, surface) in correlate_all(&coarse, views, threads).iter().enumerate() {
             if let Some(surface) = surface {
-                best.take(surface, batch * BATCH + within, tally);
+                best.take(surface, batch * together + within, tally);
             }
         }
     }

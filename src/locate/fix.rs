@@ -127,7 +127,14 @@ impl Search<'_> {
         zooms.dedup();
         frame.prepare(zooms.into_iter().map(|zoom| (zoom, gsd_at(near, zoom))));
         let wide = match cell_level {
-            Some(level) => WideSearch::new(self.store, self.layer, self.request, frame, level, near)?,
+            Some(level) => WideSearch::new(
+                self.store,
+                self.layer,
+                self.request,
+                frame,
+                level,
+                (near, &area.mercator_bounds(reach_px)),
+            )?,
             None => None,
         };
         let steps = match &wide {

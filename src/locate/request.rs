@@ -38,6 +38,16 @@ pub enum LocateError {
         /// The bound on their product.
         limit: f64,
     },
+    /// What the search would have to hold in memory is more than it may.
+    #[error(
+        "the cells of layer {layer} at zoom {zoom} that the search needs do not fit into the memory allowed; narrow the position, state a heading, or allow more (serve --memory)"
+    )]
+    NoRoom {
+        /// Of which layer.
+        layer: String,
+        /// Of which level.
+        zoom: u8,
+    },
 }
 
 impl LocateError {
@@ -49,6 +59,7 @@ impl LocateError {
             Self::Parameter { .. } => "bad_parameter",
             Self::GivenUp => "given_up",
             Self::TooWide { .. } => "search_too_wide",
+            Self::NoRoom { .. } => "memory_too_small",
         }
     }
 }

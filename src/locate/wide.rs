@@ -16,7 +16,7 @@ use crate::feature::{CELL_PX, CELLS, CellMap};
 use crate::geodesy::Geodetic;
 use crate::registration::wide::{CellTemplate, CellView, Closer, Place, SCAN_HALF, scan};
 use crate::store::{Layer, Reader};
-use crate::tile::{Gsd, TILE_SIZE_PX, WorldPixel, gsd_at};
+use crate::tile::{Gsd, MercatorBounds, TILE_SIZE_PX, WorldPixel, gsd_at};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -100,20 +100,24 @@ impl Candidate {
 
 impl<'a> WideSearch<'a> {
     /// Reads the layer's cells (kept by the reader) and describes the frame, which must be prepared for the level.
-    /// `None` where layer or frame have no cells.
+    /// `None` where layer or frame have no cells. Where the level's cells are more than the reader may hold, those around
+    /// `area` alone are read.
     ///
     /// # Errors
-    /// Where the store cannot be read.
+    /// Where the store cannot be read; [`LocateError::NoRoom`].
     pub fn new(
         store: &Reader,
         layer: &Layer,
         request: &'a FixRequest,
         frame: &Frame<'_>,
         level: CellLevel,
-        near: Geodetic,
+        (near, bounds): (Geodetic, &MercatorBounds),
     ) -> Result<Option<Self>, LocateError> {
-        let merged = store.cells(layer, level.zoom, level.pitch)?;
-        let fine = store.cells(layer, level.zoom, 1)?;
+        let cells = |pitch: usize| -> Result<Arc<CellMap>, LocateError> {
+            let found = store.cells_around(layer, level.zoom, pitch, bounds)?;
+            found.ok_or_else(|| LocateError::NoRoom { layer: layer.name.clone(), zoom: level.zoom })
+        };
+        let (merged, fine) = (cells(level.pitch)?, cells(1)?);
         let near = gsd_at(near, level.zoom);
         let Some(ground) = frame.view(level.zoom, near, 0.0, 1.0, [0.0; 2]) else { return Ok(None) };
         let Some(view) = CellView::of(&structure_of(&ground), &ground.mask, ground.grid.nadir_px) else {

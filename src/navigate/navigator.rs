@@ -207,7 +207,11 @@ impl<'a> Navigator<'a> {
         let request = patience.request(&self.options.layer, image, at);
         let answer = match locate(self.store, &image.gray, &request, self.options.threads) {
             // A region grown beyond all searching and a camera that looks aside are no fix, and no end of a flight.
-            Err(LocateError::TooWide { .. } | LocateError::Camera(CameraError::TooFarOffNadir { .. })) => {
+            Err(
+                LocateError::TooWide { .. }
+                | LocateError::NoRoom { .. }
+                | LocateError::Camera(CameraError::TooFarOffNadir { .. }),
+            ) => {
                 return Ok(None);
             }
             answer => answer?,

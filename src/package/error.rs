@@ -4,7 +4,7 @@ use super::Date;
 use crate::coupling::CouplingError;
 use crate::plan::PlanError;
 use crate::region::RegionError;
-use crate::store::StoreError;
+use crate::store::{StoreError, is_same_file};
 use std::path::{Path, PathBuf};
 
 /// Why nothing can be exported, signed, or flown.
@@ -211,6 +211,11 @@ impl PackageError {
             Self::Io { .. } | Self::Randomness { .. } => false,
             _ => true,
         }
+    }
+
+    /// Refuses to write to what is read meanwhile.
+    pub(super) fn refuse_same_file(read: &Path, out: &Path) -> Result<(), Self> {
+        if is_same_file(read, out) { Err(Self::SameFile { path: out.into() }) } else { Ok(()) }
     }
 
     /// Names what the system reports about `path`, in the store's words where it has any.

@@ -6,7 +6,7 @@ use super::manifest::{ManifestLayer, ManifestRoute};
 use super::sealed_file::write_seal;
 use super::selection::select;
 use super::shedding::shed;
-use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN, refuse_same_file};
+use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN};
 use crate::store::{Extract, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
 use serde::Serialize;
 use std::path::Path;
@@ -27,7 +27,12 @@ pub struct Part {
 
 impl Part {
     fn content(&self) -> u64 {
-        self.bytes.imagery + self.bytes.descriptors + self.bytes.cells
+        self.bytes.imagery + self.rest()
+    }
+
+    /// But for imagery.
+    fn rest(&self) -> u64 {
+        self.bytes.descriptors + self.bytes.cells
     }
 }
 
@@ -87,7 +92,7 @@ pub fn export(
     out: &Path,
     progress: &dyn Fn(u64, u64),
 ) -> Result<Exported, PackageError> {
-    refuse_same_file(store.path(), out)?;
+    PackageError::refuse_same_file(store.path(), out)?;
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let mut chosen = select(store, request, &corridor)?;
     let outlet = Outlet::at(out)?;
@@ -95,9 +100,10 @@ pub fn export(
     let (manifest, dropped) = writing.fitted(&mut chosen)?;
     let seal = write_seal(outlet.beside(), &manifest.to_text(), request.key.as_ref())?;
     let bytes = size_of(outlet.beside())?;
+    let parts = parts_of(&Reader::open(outlet.beside())?, &chosen)?;
     outlet.publish()?;
     Ok(Exported {
-        parts: parts_of(store, &chosen)?,
+        parts,
         bytes,
         digest: manifest.digest,
         file_digest: hex(&seal.file),
@@ -122,9 +128,10 @@ impl Writing<'_> {
         let most = self.request.max_bytes.unwrap_or(u64::MAX);
         let mut dropped = Vec::new();
         loop {
-            let content: u64 = parts_of(self.store, chosen)?.iter().map(Part::content).sum();
-            let mut least = content;
-            if content <= most {
+            // What imagery will take that is encoded anew nobody knows before.
+            let known = |p: &Part| if chosen.iter().any(|c| c.jpeg_quality.is_some()) { p.rest() } else { p.content() };
+            let mut least = parts_of(self.store, chosen)?.iter().map(known).sum();
+            if least <= most {
                 let manifest = self.write(chosen, &dropped)?;
                 least = size_of(self.outlet.beside())?;
                 if least <= most {

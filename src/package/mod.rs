@@ -15,7 +15,6 @@ mod manifest;
 mod onboard;
 mod patch;
 mod request;
-mod same_file;
 mod seal;
 mod sealed_file;
 mod selection;
@@ -41,5 +40,3 @@ pub use seal::{SEAL_LEN, Seal};
 pub use sealed_file::read_seal;
 pub use shedding::Dropped;
 pub use verify::{PackageVerification, Problem, Verify, verify_package};
-
-use same_file::refuse_same_file;

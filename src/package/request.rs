@@ -20,6 +20,8 @@ pub struct ExportRequest {
     pub layers: Vec<String>,
     /// Most bytes of the file.
     pub max_bytes: Option<u64>,
+    /// The JPEG quality, 1 to 100, to encode imagery with anew; as it is in the store where none is stated.
+    pub jpeg_quality: Option<u8>,
     /// The last day on which it may be flown.
     pub valid_until: Option<Date>,
     /// Who signs.

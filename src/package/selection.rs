@@ -78,6 +78,7 @@ pub fn select(store: &Reader, request: &ExportRequest, corridor: &Corridor) -> R
             min_zoom: layer.min_zoom,
             tiles: tiles.into_iter().collect(),
             with_descriptors: true,
+            jpeg_quality: request.jpeg_quality,
         });
     }
     if parts.is_empty() { Err(PackageError::NothingInCorridor { path: store.path().into() }) } else { Ok(parts) }

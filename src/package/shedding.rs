@@ -4,6 +4,10 @@ use crate::store::{Layer, LayerPart};
 use crate::tile::{TileId, gsd_at};
 use serde::Serialize;
 
+/// JPEG qualities of imagery that is encoded anew to be smaller (stored it has 90), and what of a hundred fixes over drawn ground of
+/// another season is then not had any more (docs/onboard.md).
+const QUALITIES: [(u8, u32); 2] = [(60, 5), (40, 10)];
+
 /// One thing dropped, and what that costs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dropped {
@@ -14,8 +18,9 @@ pub struct Dropped {
 }
 
 /// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then whole
-/// layers, the oldest first (of unknown date before all others), down to one; then its finest level, again and again, down to
-/// one level. `None` where nothing is left that may be dropped.
+/// layers, the oldest first (of unknown date before all others), down to one; then its finest level,
+/// again and again, down to one level; then its imagery's quality, which costs more fixes and saves less than a level. `None`
+/// where nothing is left that may be dropped.
 pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     if parts.iter().any(|p| p.with_descriptors) {
         parts.iter_mut().for_each(|p| p.with_descriptors = false);
@@ -25,7 +30,11 @@ pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     if parts.len() > 1 {
         return shed_layer(parts, layers);
     }
-    let part = parts.first_mut().filter(|p| p.base_zoom > p.min_zoom)?;
+    let part = parts.first_mut()?;
+    if part.base_zoom > part.min_zoom { Some(shed_level(part)) } else { shed_quality(part) }
+}
+
+fn shed_level(part: &mut LayerPart) -> Dropped {
     let middle = part.tiles.iter().filter(|t| t.zoom() == part.base_zoom).nth(part.tiles.len() / 4);
     let place = middle.or(part.tiles.last()).map(|t| t.centre());
     let gsd = |zoom: u8| place.map_or(0.0, |at| gsd_at(at, zoom).mean_m_per_px());
@@ -41,7 +50,17 @@ pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     part.base_zoom -= 1;
     let finest = part.base_zoom;
     part.tiles.retain(|t: &TileId| t.zoom() <= finest);
-    Some(dropped)
+    dropped
+}
+
+fn shed_quality(part: &mut LayerPart) -> Option<Dropped> {
+    let (quality, lost) = QUALITIES.into_iter().find(|(lower, _)| part.jpeg_quality.is_none_or(|q| q > *lower))?;
+    part.jpeg_quality = Some(quality);
+    let what = format!("imagery's quality: JPEG {quality} instead of 90");
+    let effect = format!(
+        "about {lost} in 100 fixes on ground that has changed are not had, and errors are a tenth larger; tiles with missing pixels stay as they are"
+    );
+    Some(Dropped { what, effect })
 }
 
 fn shed_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
@@ -87,6 +106,7 @@ mod tests {
             min_zoom: 13,
             tiles: tiles.clone(),
             with_descriptors: true,
+            jpeg_quality: None,
         };
         let mut parts: Vec<_> = layers.iter().map(part).collect();
         let told: Vec<String> = std::iter::from_fn(|| shed(&mut parts, &layers)).map(|d| d.what).collect();
@@ -95,6 +115,8 @@ mod tests {
             "layer c (unknown date)",
             "layer b (imagery up to 2010-01-01)",
             "level 14 of layer a",
+            "imagery's quality: JPEG 60 instead of 90",
+            "imagery's quality: JPEG 40 instead of 90",
         ];
         assert_eq!(told, expected);
         assert_eq!((parts.len(), parts[0].base_zoom, parts[0].tiles.len()), (1, 13, 1));

@@ -2,6 +2,7 @@
 
 use super::export_jobs::Refusal;
 use super::form::FormError;
+use super::problem::without_path;
 use super::query::QueryError;
 use crate::camera::CameraError;
 use crate::locate::LocateError;
@@ -42,6 +43,8 @@ pub(super) enum ServerError {
     NoRoute,
     #[error("this path does not take that method; /openapi.json lists what it takes")]
     Method,
+    #[error("not ready: {reason}")]
+    NotReady { code: &'static str, reason: String },
     #[error("as many uploads as the service holds are in progress: try again")]
     Busy,
     #[error("another export is being written: try again when it is done")]
@@ -92,9 +95,23 @@ impl ServerError {
             Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
             Self::Export(refusal) => refusal.status,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Busy | Self::Exporting | Self::TimeLimit { .. } => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Busy | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
+                StatusCode::SERVICE_UNAVAILABLE
+            }
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
         }
+    }
+
+    /// A failure as the reason why the service is not ready; logged here in full.
+    pub(super) fn not_ready(self) -> Self {
+        tracing::warn!(code = self.code(), "not ready: {self}");
+        let reason = match &self {
+            // SQLite's own words hold the path, which is no caller's business.
+            Self::Store(StoreError::Denied { .. }) => "no permission to read the store's file".to_owned(),
+            Self::Store(error) => without_path(error),
+            other => other.to_string(),
+        };
+        Self::NotReady { code: self.code(), reason }
     }
 
     /// The stable code word.
@@ -117,6 +134,7 @@ impl ServerError {
             Self::Busy | Self::Exporting => "busy",
             Self::NoExport => "no_such_export",
             Self::Export(refusal) => refusal.code,
+            Self::NotReady { code, .. } => code,
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",
         }
@@ -155,7 +173,10 @@ fn locate_status(error: &LocateError) -> StatusCode {
     match error {
         LocateError::Store(error) => store_status(error),
         LocateError::GivenUp => StatusCode::SERVICE_UNAVAILABLE,
-        LocateError::Camera(_) | LocateError::Parameter { .. } | LocateError::TooWide { .. } => StatusCode::BAD_REQUEST,
+        LocateError::Camera(_)
+        | LocateError::Parameter { .. }
+        | LocateError::TooWide { .. }
+        | LocateError::NoRoom { .. } => StatusCode::BAD_REQUEST,
     }
 }
 

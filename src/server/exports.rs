@@ -37,6 +37,8 @@ pub struct ExportParameters {
     pub layers: Vec<String>,
     /// Most bytes of the file.
     pub max_bytes: Option<u64>,
+    /// The JPEG quality, 1 to 100, to encode imagery with anew.
+    pub jpeg_quality: Option<u8>,
     /// The last day on which it may be flown, YYYY-MM-DD.
     pub valid_until: Option<String>,
 }
@@ -48,6 +50,9 @@ impl ExportParameters {
         if !(self.corridor_m.is_finite() && self.corridor_m > 0.0) {
             return Err(wrong("corridor_m", "expected metres, more than 0".into()));
         }
+        if self.jpeg_quality.is_some_and(|q| !(1..=100).contains(&q)) {
+            return Err(wrong("jpeg_quality", "expected 1 to 100".into()));
+        }
         let valid_until = self.valid_until.as_deref().map(str::parse::<Date>).transpose();
         Ok(ExportRequest {
             routes,
@@ -56,6 +61,7 @@ impl ExportParameters {
             calibration: None,
             layers: self.layers.clone(),
             max_bytes: self.max_bytes,
+            jpeg_quality: self.jpeg_quality,
             valid_until: valid_until.map_err(|reason| wrong("valid_until", reason))?,
             key: None,
         })

@@ -11,6 +11,7 @@ use crate::locate::{Answer, candidates::default_layer, locate_while};
 use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
+use axum::http::HeaderMap;
 
 /// The form of a fix.
 #[derive(utoipa::ToSchema)]
@@ -38,9 +39,10 @@ pub(super) struct FixForm {
 pub(super) async fn post(
     State(state): State<ServiceState>,
     _: NoQuery,
+    headers: HeaderMap,
     multipart: Result<Multipart, MultipartRejection>,
 ) -> Result<Json<Answer>, ServerError> {
-    let mut form = Form::read(&state, multipart, &["image", "request"]).await?;
+    let mut form = Form::read(&state, &headers, multipart, &["image", "request"]).await?;
     let parameters: FixParameters = form.json("request")?;
     let bytes = form.take("image")?;
     let work = state.work.clone();

@@ -2,11 +2,12 @@
 
 use super::error::ServerError;
 use super::state::ServiceState;
+use super::work::Upload;
 use axum::extract::Multipart;
 use axum::extract::multipart::{MultipartError, MultipartRejection};
-use axum::http::StatusCode;
+use axum::http::header::CONTENT_LENGTH;
+use axum::http::{HeaderMap, StatusCode};
 use serde::de::DeserializeOwned;
-use tokio::sync::OwnedSemaphorePermit;
 
 /// Why a form is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -56,18 +57,21 @@ impl FormError {
 #[derive(Debug)]
 pub(super) struct Form {
     parts: Vec<(&'static str, Vec<u8>)>,
-    _place: OwnedSemaphorePermit,
+    _place: Upload,
 }
 
 impl Form {
-    /// Reads a body that holds `names`, each at most once and nothing else.
+    /// Reads a body that holds `names`, each at most once and nothing else; `headers` say how long it will be.
     pub(super) async fn read(
         state: &ServiceState,
+        headers: &HeaderMap,
         multipart: Result<Multipart, MultipartRejection>,
         names: &'static [&'static str],
     ) -> Result<Self, ServerError> {
         let multipart = multipart.map_err(|e| FormError::NotMultipart { reason: e.body_text() })?;
-        let place = state.work.upload()?;
+        let stated = headers.get(CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse().ok());
+        let most = state.limits.body_bytes;
+        let place = state.work.upload(stated.unwrap_or(most).min(most))?;
         let time = state.limits.body_time;
         let parts = tokio::time::timeout(time, read_parts(multipart, names, state.limits.body_bytes))
             .await

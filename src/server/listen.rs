@@ -3,6 +3,7 @@
 use super::connections::answer;
 use super::router::router;
 use super::state::ServiceState;
+use super::supervisor::Supervisor;
 use std::fmt;
 use std::future::Future;
 use std::net::SocketAddr;
@@ -83,13 +84,15 @@ impl ListenError {
     }
 }
 
-/// Serves until `stop` is ready, then ends open requests gracefully. `started` is told the address in use.
+/// Serves until `stop` is ready, then ends open requests gracefully. `started` is told the address in use, `supervisor` that
+/// the service is ready, lives, and stops.
 ///
 /// # Errors
 /// [`ListenError`].
 pub async fn serve(
     listen: &Listen,
     state: ServiceState,
+    supervisor: Supervisor,
     started: impl FnOnce(&Listen),
     stop: impl Future<Output = ()> + Send + 'static,
 ) -> Result<(), ListenError> {
@@ -102,9 +105,12 @@ pub async fn serve(
         }
     });
     let app = router(state);
+    let watch = tokio::spawn(supervisor.clone().watch(app.clone()));
     let (told, tell) = tokio::sync::oneshot::channel::<()>();
+    let stopping = supervisor.clone();
     let stop = async move {
         stop.await;
+        stopping.stopping();
         tracing::info!("stopping: no new connections, open requests have {} s", GRACE.as_secs());
         let _ = told.send(());
     };
@@ -112,18 +118,21 @@ pub async fn serve(
         Listen::Tcp(address) => {
             let listener = TcpListener::bind(address).await.map_err(bind)?;
             started(&Listen::Tcp(listener.local_addr().map_err(bind)?));
+            supervisor.ready();
             graceful(answer(listener, app, stop), tell).await;
         }
         Listen::Unix(path) => {
             free(path).await?;
             let listener = UnixListener::bind(path).map_err(bind)?;
             started(listen);
+            supervisor.ready();
             graceful(answer(listener, app, stop), tell).await;
             // The socket is ours; a failure to remove it is found by whoever binds next.
             let _ = std::fs::remove_file(path);
         }
     }
     keep_up.abort();
+    watch.abort();
     Ok(())
 }
 

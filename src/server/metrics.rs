@@ -1,5 +1,6 @@
 //! `Metrics`: counts and times of requests, for `/metrics`. Held by the state, not by the process.
 
+use super::problem::Panicked;
 use ::metrics::{Recorder, counter, gauge, histogram, with_local_recorder};
 use axum::extract::{MatchedPath, Request, State};
 use axum::middleware::Next;
@@ -61,12 +62,14 @@ pub(super) async fn observe(State(metrics): State<Metrics>, request: Request, ne
         _ => "other".to_owned(),
     };
     let response = next.run(request).await;
+    let panicked = response.extensions().get::<Panicked>().is_some();
     let status = response.status();
     let elapsed_s = start.elapsed().as_secs_f64();
     tracing::debug!(%method, %route, status = status.as_u16(), elapsed_s, "answered");
     metrics.record(|| {
         counter!("overfly_http_requests_total", "method" => method, "route" => route.clone(), "status" => status.as_u16().to_string())
             .increment(1);
+        counter!("overfly_panics_total").increment(u64::from(panicked));
         histogram!("overfly_http_request_seconds", "route" => route).record(elapsed_s);
     });
     response

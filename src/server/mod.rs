@@ -29,6 +29,7 @@ mod problem;
 mod query;
 mod router;
 mod state;
+mod supervisor;
 mod tiles;
 mod work;
 
@@ -38,3 +39,4 @@ pub use motions::{MotionParameters, MotionReply};
 pub use problem::Problem;
 pub use router::router;
 pub use state::{Limits, Service, ServiceState};
+pub use supervisor::{Environment, Supervisor};

@@ -14,6 +14,7 @@ use crate::registration::relative::{MotionAnswer, MotionPrior, register};
 use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
+use axum::http::HeaderMap;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use utoipa::ToSchema;
@@ -106,9 +107,10 @@ fn on_the_ground(answer: &MotionAnswer, gsd_m_per_px: Option<f64>) -> Option<Gro
 pub(super) async fn post(
     State(state): State<ServiceState>,
     _: NoQuery,
+    headers: HeaderMap,
     multipart: Result<Multipart, MultipartRejection>,
 ) -> Result<Json<MotionReply>, ServerError> {
-    let mut form = Form::read(&state, multipart, &["image_a", "image_b", "request"]).await?;
+    let mut form = Form::read(&state, &headers, multipart, &["image_a", "image_b", "request"]).await?;
     let parameters: MotionParameters = form.json("request")?;
     stated_view(parameters.gsd_m_per_px, parameters.height_m, parameters.camera.as_ref())?;
     let (bytes_a, bytes_b) = (form.take("image_a")?, form.take("image_b")?);

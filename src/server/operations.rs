@@ -15,7 +15,7 @@ pub(super) async fn healthz(State(state): State<ServiceState>) -> String {
     Health::of(&state).text("ok")
 }
 
-/// Whether the store answers; after the first line what is wrong with it, where something is.
+/// Whether the store answers, read anew: the file is there, is the one that was opened, and its pages can be read; after the first line what is wrong with it, where something is.
 #[utoipa::path(
     get, path = "/readyz", tag = "operations",
     responses(
@@ -28,12 +28,14 @@ pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<String, 
     state
         .work
         .run(Load::Question, move || -> Result<(), ServerError> {
+            store.check_readable()?;
             for layer in store.layers().iter().filter(|l| l.complete) {
                 store.footprints_in(layer, layer.min_zoom, &peephole())?;
             }
             Ok(())
         })
-        .await??;
+        .await?
+        .map_err(ServerError::not_ready)?;
     Ok(Health::of(&state).text("ready"))
 }
 

@@ -43,6 +43,10 @@ impl Problem {
     }
 }
 
+/// Marks the answer of a handler that panicked, so that it is counted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Panicked;
+
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).expect("made from a status");
@@ -64,7 +68,11 @@ impl IntoResponse for ServerError {
             // The cause is logged here and nowhere else; paths and system messages stay in the log.
             tracing::error!(code = self.code(), "{self}");
             let detail = "the service failed; its log says why".to_owned();
-            return Problem::new(status, self.code(), detail, None).into_response();
+            let mut response = Problem::new(status, self.code(), detail, None).into_response();
+            if matches!(self, Self::Panicked) {
+                response.extensions_mut().insert(Panicked);
+            }
+            return response;
         }
         let detail = match &self {
             ServerError::Store(error)
@@ -77,7 +85,7 @@ impl IntoResponse for ServerError {
 }
 
 /// A store's message without the server's own path, which is no caller's business.
-fn without_path(error: &crate::store::StoreError) -> String {
+pub(super) fn without_path(error: &crate::store::StoreError) -> String {
     let text = error.to_string();
     text.split_once(": ").map_or(text.clone(), |(_, rest)| rest.to_owned())
 }

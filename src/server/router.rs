@@ -59,16 +59,21 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(operations::healthz))
         .routes(routes!(operations::metrics));
     let (router, api) = routes.split_for_parts();
-    let limits = state.limits;
-    let metrics = state.metrics.clone();
-    router
+    let with_pages = router
         .route("/openapi.json", get(move || async move { Json(api) }))
         .route("/", get(page::index))
         .route("/page/{file}", get(page::part))
         .fallback(|| async { ServerError::NoRoute })
-        .method_not_allowed_fallback(|| async { ServerError::Method })
+        .method_not_allowed_fallback(|| async { ServerError::Method });
+    surrounded(with_pages, state)
+}
+
+/// What surrounds every handler: a bound on bodies; a panic and any other failure become a problem document; counts.
+fn surrounded(router: Router<ServiceState>, state: ServiceState) -> Router {
+    let (body_bytes, metrics) = (state.limits.body_bytes, state.metrics.clone());
+    router
         .with_state(state)
-        .layer(DefaultBodyLimit::max(limits.body_bytes))
+        .layer(DefaultBodyLimit::max(body_bytes))
         .layer(CatchPanicLayer::custom(|_| ServerError::Panicked.into_response()))
         .layer(from_fn(problems_only))
         .layer(from_fn_with_state(metrics, observe))
@@ -92,4 +97,66 @@ async fn problems_only(request: Request, next: Next) -> Response {
     }
     let detail = status.canonical_reason().unwrap_or("the request cannot be answered").to_lowercase();
     Problem::new(status, "request_refused", detail, None).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::state::Limits;
+    use super::*;
+    use crate::feature::keypoint::CONTRACT;
+    use crate::pixels::{Colour, Mask, MaskedColour};
+    use crate::store::{BuiltTile, Declaration, Reader, TileContent, Writer};
+    use crate::tile::TileId;
+    use axum::body::{Body, to_bytes};
+    use axum::routing::get;
+    use tower::ServiceExt;
+
+    fn state(folder: &std::path::Path) -> ServiceState {
+        let path = folder.join("s.gpkg");
+        let tile = TileId::new(3, 1, 1).unwrap();
+        let pixels = MaskedColour { colour: Colour::black(512, 512), mask: Mask::filled(512, 512, true) };
+        let content = TileContent::encode(tile, &pixels, &[], None).unwrap();
+        let declaration =
+            Declaration { layer: "ortho".into(), sources: Vec::new(), zoom_override: None, base_zoom: 3, min_zoom: 3 };
+        let mut writer = Writer::begin(&path, CONTRACT, declaration).unwrap();
+        writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content: Some(content) }).unwrap();
+        writer.finish(&|_| true).unwrap();
+        // One place each: a panic that kept it would leave none.
+        let limits = Limits { questions: 1, registrations: 1, ..Limits::default() };
+        ServiceState::new(Reader::open_onboard(&path).unwrap(), Service::Onboard, limits)
+    }
+
+    async fn in_work(State(state): State<ServiceState>, load: Load) -> Result<String, ServerError> {
+        let store = state.store.clone();
+        state.work.run(load, move || -> String { panic!("poisoned, with {} layers", store.layers().len()) }).await
+    }
+
+    async fn asked(app: &Router, path: &str) -> (u16, String) {
+        let response = app.clone().oneshot(Request::get(path).body(Body::empty()).unwrap()).await.unwrap();
+        let status = response.status().as_u16();
+        (status, String::from_utf8(to_bytes(response.into_body(), 1 << 20).await.unwrap().into()).unwrap())
+    }
+
+    #[test]
+    fn a_panic_is_a_problem_document_and_counted_and_the_service_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let state = state(folder.path());
+        let poisoned = Router::new()
+            .route("/handler", get(|| async { std::hint::black_box(None::<String>).expect("poisoned") }))
+            .route("/question", get(|state| in_work(state, Load::Question)))
+            .route("/registration", get(|state| in_work(state, Load::Registration)))
+            .route("/metrics", get(operations::metrics))
+            .route("/readyz", get(operations::readyz));
+        let app = surrounded(poisoned, state);
+        tokio::runtime::Runtime::new().unwrap().block_on(async {
+            for path in ["/handler", "/question", "/registration"].repeat(7) {
+                let (status, body) = asked(&app, path).await;
+                assert!(status == 500 && body.contains("\"code\":\"internal\""), "{path}: {status} {body}");
+                assert!(!body.contains("poisoned"), "what panicked stays in the log");
+                assert_eq!(asked(&app, "/readyz").await, (200, "ready\n".into()));
+            }
+            let (_, counted) = asked(&app, "/metrics").await;
+            assert!(counted.contains("overfly_panics_total 21\n"), "{counted}");
+        });
+    }
 }

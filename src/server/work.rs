@@ -41,6 +41,8 @@ pub(super) struct Work {
     questions: Arc<Semaphore>,
     registrations: Arc<Semaphore>,
     uploads: Arc<Semaphore>,
+    /// In KiB.
+    uploads_room: Arc<Semaphore>,
     time: Duration,
 }
 
@@ -51,6 +53,7 @@ impl Work {
             questions: places(limits.questions),
             registrations: places(limits.registrations),
             uploads: places(limits.uploads),
+            uploads_room: places(kib(limits.uploads_bytes) as usize),
             time: limits.answer_time,
         }
     }
@@ -98,11 +101,41 @@ impl Work {
         }
     }
 
-    /// A place to hold an upload in memory.
+    /// A place to hold an upload of at most so many bytes in memory.
     ///
     /// # Errors
     /// [`ServerError::Busy`] where all are taken.
-    pub(super) fn upload(&self) -> Result<OwnedSemaphorePermit, ServerError> {
-        self.uploads.clone().try_acquire_owned().map_err(|_| ServerError::Busy)
+    pub(super) fn upload(&self, bytes: usize) -> Result<Upload, ServerError> {
+        let busy = |_| ServerError::Busy;
+        let place = self.uploads.clone().try_acquire_owned().map_err(busy)?;
+        let room = self.uploads_room.clone().try_acquire_many_owned(kib(bytes)).map_err(busy)?;
+        Ok(Upload { _place: place, _room: room })
+    }
+}
+
+/// A place for an upload; free again when dropped.
+#[derive(Debug)]
+pub(super) struct Upload {
+    _place: OwnedSemaphorePermit,
+    _room: OwnedSemaphorePermit,
+}
+
+fn kib(bytes: usize) -> u32 {
+    u32::try_from(bytes / 1024).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uploads_are_held_within_their_bytes_and_their_number() {
+        let work = Work::new(&Limits { uploads: 3, uploads_bytes: 100 << 10, ..Limits::default() });
+        let first = work.upload(60 << 10).unwrap();
+        assert!(matches!(work.upload(60 << 10), Err(ServerError::Busy)));
+        let second = work.upload(40 << 10).unwrap();
+        drop((first, second));
+        let few: Vec<_> = (0..3).map(|_| work.upload(10).unwrap()).collect();
+        assert!(matches!(work.upload(10), Err(ServerError::Busy)), "three are held: {}", few.len());
     }
 }

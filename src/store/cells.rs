@@ -5,8 +5,8 @@ use crate::feature::CellMap;
 use rusqlite::Connection;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Most that is kept, bytes: a level of 200,000 tiles. The last asked for is kept whatever its size.
-const MOST_BYTES: usize = 1 << 30;
+/// What a tile's cells take while a level is read: as stored, and in the map.
+const TILE_BYTES: u64 = 9_300;
 
 /// Layer, zoom and pitch.
 pub type Key = (String, u8, usize);
@@ -15,12 +15,23 @@ pub type Key = (String, u8, usize);
 pub type TileCells = ([u32; 2], Vec<u8>);
 
 /// Cells asked for before, the last used last.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct CellCache {
+    most_bytes: u64,
     kept: Mutex<Vec<(Key, Arc<CellMap>)>>,
 }
 
 impl CellCache {
+    /// Holds at most so many bytes.
+    pub fn new(most_bytes: u64) -> Self {
+        Self { most_bytes, kept: Mutex::default() }
+    }
+
+    /// Whether the cells of so many tiles can be read within the bound.
+    pub fn has_room_for(&self, tiles: usize) -> bool {
+        tiles as u64 * TILE_BYTES <= self.most_bytes
+    }
+
     /// What is kept under a key.
     pub fn get(&self, key: &Key) -> Option<Arc<CellMap>> {
         let mut kept = self.lock();
@@ -37,7 +48,7 @@ impl CellCache {
         let mut kept = self.lock();
         kept.retain(|(k, _)| *k != key);
         kept.push((key, Arc::clone(&map)));
-        while kept.len() > 1 && kept.iter().map(|(_, m)| m.bytes()).sum::<usize>() > MOST_BYTES {
+        while kept.iter().map(|(_, m)| m.bytes() as u64).sum::<u64>() > self.most_bytes && !kept.is_empty() {
             kept.remove(0);
         }
         map

@@ -44,19 +44,27 @@ pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> 
     Ok(connection)
 }
 
-/// A connection to a file that exists already and is known to be a store: for a pool.
+/// A connection to a file that exists already and is known to be a store: for a pool. It holds so many bytes of its pages.
 ///
 /// # Errors
 /// Where SQLite cannot open it.
-pub fn reopen_read(path: &Path, access: Access) -> Result<Connection, StoreError> {
+pub fn reopen_read(path: &Path, access: Access, pages_bytes: u64) -> Result<Connection, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let opened = match access {
         Access::Shared => Connection::open_with_flags(path, flags),
         Access::Immutable => Connection::open_with_flags(immutable_uri(path), flags | OpenFlags::SQLITE_OPEN_URI),
     };
     let connection = opened.map_err(|e| StoreError::unopened(path, e))?;
-    prepare_read(&connection).map_err(|e| StoreError::sqlite(path, e))?;
+    let fail = |e| StoreError::sqlite(path, e);
+    prepare_read(&connection).map_err(fail)?;
+    hold_pages(&connection, pages_bytes).map_err(fail)?;
     Ok(connection)
+}
+
+/// Bounds the pages that a connection holds.
+pub fn hold_pages(connection: &Connection, bytes: u64) -> rusqlite::Result<()> {
+    // Negative: in KiB, whatever a page's size.
+    connection.pragma_update(None, "cache_size", -i64::try_from(bytes / 1024).unwrap_or(i64::MAX))
 }
 
 fn prepare_read(connection: &Connection) -> rusqlite::Result<()> {

@@ -9,7 +9,8 @@ use super::level::LevelDigests;
 use super::source::{self, Declared};
 use super::writer::{Declaration, Placed, place_content};
 use super::{
-    Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, manifest, reader, verify,
+    Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery, manifest, reader,
+    verify,
 };
 use crate::tile::TileId;
 use rusqlite::{Connection, OpenFlags, params};
@@ -44,6 +45,24 @@ pub struct LayerPart {
     pub tiles: Vec<TileId>,
     /// Whether descriptors are taken; a tile without them has another content hash.
     pub with_descriptors: bool,
+    /// The JPEG quality, 1 to 100, to encode imagery with anew, where it shall be smaller; so its content hash is another.
+    pub jpeg_quality: Option<u8>,
+}
+
+impl LayerPart {
+    /// A tile without what is not taken of it.
+    fn lightened(&self, mut tile: StoredTile) -> Result<StoredTile, StoreError> {
+        if let Some(quality) = self.jpeg_quality {
+            tile.image = imagery::recode(tile.footprint.tile, tile.image, quality)?;
+        }
+        if !self.with_descriptors {
+            tile.descriptors = None;
+        }
+        let described = tile.descriptors.as_deref().unwrap_or_default();
+        tile.footprint.content_hash =
+            digest::content_hash(tile.media_type, &tile.image, described, tile.cells.as_deref());
+        Ok(tile)
+    }
 }
 
 /// A store being made. A draft stands beside what it shall become until [`Extract::finish`]; dropped before, it is removed.
@@ -92,12 +111,8 @@ impl Extract {
         self.begin_layer(&head)?;
         let mut seen = HashSet::new();
         for &tile in &part.tiles {
-            let Some(mut stored) = from.stored_tile(known, tile)? else { continue };
-            if !part.with_descriptors {
-                stored.descriptors = None;
-                stored.footprint.content_hash =
-                    digest::content_hash(stored.media_type, &stored.image, &[], stored.cells.as_deref());
-            }
+            let Some(stored) = from.stored_tile(known, tile)? else { continue };
+            let stored = part.lightened(stored)?;
             seen.extend(stored.footprint.sources.split(' ').map(str::to_owned));
             self.put(&head.name, &stored)?;
             progress();

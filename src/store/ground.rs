@@ -4,7 +4,7 @@
 //! would be ten times the JPEG. So it is worked out when first asked for, and as much is kept as a flight needs.
 
 use super::shelf::Shelf;
-use super::{Layer, Reader, StoreError};
+use super::{Keep, Layer, Reader, StoreError};
 use crate::feature::{BORDER_PX, Structure};
 use crate::pixels::{Gray, Mask};
 use crate::tile::{MAX_ZOOM, TILE_SIZE_PX, TileId};
@@ -13,9 +13,6 @@ use std::sync::Arc;
 /// Brightness and validity of one tile.
 type GrayTile = (Gray, Mask);
 
-/// Tiles kept of each kind: 48 gray ones are 63 MB, 64 described ones 84 MB.
-const GRAYS_KEPT: usize = 48;
-const STRUCTURES_KEPT: usize = 64;
 const SIZE_PX: i64 = TILE_SIZE_PX as i64;
 
 /// What a reader remembers of the ground.
@@ -26,8 +23,9 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    pub fn new() -> Self {
-        Self { grays: Shelf::new(GRAYS_KEPT), structures: Shelf::new(STRUCTURES_KEPT) }
+    pub fn new(keep: &Keep) -> Self {
+        let [grays, structures] = keep.tiles();
+        Self { grays: Shelf::new(grays), structures: Shelf::new(structures) }
     }
 }
 

@@ -27,14 +27,10 @@ pub struct EncodedTile {
 /// Where the encoder refuses.
 pub fn encode(tile: TileId, pixels: &MaskedColour) -> Result<(&'static str, Vec<u8>), StoreError> {
     let refuse = |reason: String| StoreError::Encode { tile, reason };
-    let size = TILE_SIZE_PX as u16;
-    let mut bytes = Vec::with_capacity(128 * 1024);
     if pixels.mask.is_full() {
-        let mut encoder = Encoder::new(&mut bytes, JPEG_QUALITY);
-        encoder.set_sampling_factor(SamplingFactor::F_2_2);
-        encoder.encode(pixels.colour.values(), size, size, ColorType::Rgb).map_err(|e| refuse(e.to_string()))?;
-        return Ok(("image/jpeg", bytes));
+        return Ok(("image/jpeg", jpeg(&pixels.colour, JPEG_QUALITY).map_err(refuse)?));
     }
+    let mut bytes = Vec::with_capacity(128 * 1024);
     let mut rgba = Vec::with_capacity(pixels.mask.values().len() * 4);
     for (rgb, &valid) in pixels.colour.values().chunks_exact(3).zip(pixels.mask.values()) {
         // Missing pixels are black, whatever was below: equal tiles have equal bytes.
@@ -44,6 +40,29 @@ pub fn encode(tile: TileId, pixels: &MaskedColour) -> Result<(&'static str, Vec<
         .write_image(&rgba, TILE_SIZE_PX, TILE_SIZE_PX, ExtendedColorType::Rgba8)
         .map_err(|e| refuse(e.to_string()))?;
     Ok(("image/png", bytes))
+}
+
+fn jpeg(colour: &Colour, quality: u8) -> Result<Vec<u8>, String> {
+    let size = TILE_SIZE_PX as u16;
+    let mut bytes = Vec::with_capacity(128 * 1024);
+    let mut encoder = Encoder::new(&mut bytes, quality);
+    encoder.set_sampling_factor(SamplingFactor::F_2_2);
+    encoder.encode(colour.values(), size, size, ColorType::Rgb).map_err(|e| e.to_string())?;
+    Ok(bytes)
+}
+
+/// A stored tile's picture with a JPEG's quality of 1 to 100; as it is where that is no smaller, and where pixels are missing
+/// (a PNG: what is missing must stay exact).
+///
+/// # Errors
+/// Where it cannot be decoded or encoded.
+pub fn recode(tile: TileId, bytes: Vec<u8>, quality: u8) -> Result<Vec<u8>, StoreError> {
+    if media_type(&bytes) != Some("image/jpeg") {
+        return Ok(bytes);
+    }
+    let recoded = decode(&bytes).and_then(|pixels| jpeg(&pixels.colour, quality));
+    let recoded = recoded.map_err(|reason| StoreError::Encode { tile, reason })?;
+    Ok(if recoded.len() < bytes.len() { recoded } else { bytes })
 }
 
 /// The media type that a stored tile's first bytes tell.

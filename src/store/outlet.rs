@@ -93,6 +93,11 @@ impl Drop for Outlet {
     }
 }
 
+/// Whether two names lead to one file that exists: nothing is written over what it is made from.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    std::fs::canonicalize(a).ok().zip(std::fs::canonicalize(b).ok()).is_some_and(|(a, b)| a == b)
+}
+
 /// Size of a file, bytes.
 ///
 /// # Errors

@@ -6,6 +6,7 @@ use super::damage::{Damage, DamageLog};
 use super::draft::Draft;
 use super::footprint::{self, Footprint};
 use super::ground::Ground;
+use super::keep::Keep;
 use super::layer::{self, Layer};
 use super::source::{self, Declared, Source};
 use super::stamp::Stamp;
@@ -18,14 +19,12 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Connections kept open when idle; more are opened as needed.
-const IDLE_CONNECTIONS: usize = 16;
-
 /// A store opened for reading. `Send + Sync` (a pool of connections within); no method writes.
 #[derive(Debug)]
 pub struct Reader {
     path: PathBuf,
     access: Access,
+    keep: Keep,
     idle: Mutex<Vec<Connection>>,
     layers: Vec<Layer>,
     contract: String,
@@ -87,14 +86,15 @@ impl Reader {
         Ok(Self {
             path: path.into(),
             access,
+            keep: Keep::default(),
             idle,
             layers,
             contract,
             digest,
             bytes,
             stamp,
-            ground: Ground::new(),
-            cells: CellCache::default(),
+            ground: Ground::new(&Keep::default()),
+            cells: CellCache::new(Keep::default().cells_bytes),
             stated_cells: HashMap::new(),
             manifest,
             witness,
@@ -105,6 +105,21 @@ impl Reader {
     /// The same, knowing what the cells of each layer and level must hash to ([`super::LevelDigests`]).
     pub fn with_stated_cells(self, stated: HashMap<(String, u8), [u8; 32]>) -> Self {
         Self { stated_cells: stated, ..self }
+    }
+
+    /// The same, holding no more in memory than `keep` says; what was held so far is let go.
+    ///
+    /// # Errors
+    /// Where SQLite refuses.
+    pub fn keeping(self, keep: Keep) -> Result<Self, StoreError> {
+        {
+            let mut idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            idle.truncate(keep.connections);
+            for connection in idle.iter() {
+                connection::hold_pages(connection, keep.pages_bytes).map_err(|e| StoreError::sqlite(&self.path, e))?;
+            }
+        }
+        Ok(Self { ground: Ground::new(&keep), cells: CellCache::new(keep.cells_bytes), keep, ..self })
     }
 
     /// The manifest of an exported store, as its row holds it.
@@ -149,6 +164,17 @@ impl Reader {
         }
         *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = now;
         Ok(())
+    }
+
+    /// Reads the file anew, on a connection that holds nothing of it yet: what is kept in memory answers even where the
+    /// medium is gone.
+    ///
+    /// # Errors
+    /// Where it cannot be opened or read, or is not the store that was opened.
+    pub fn check_readable(&self) -> Result<(), StoreError> {
+        let connection = self.reopen()?;
+        let found = stored_digest(&connection, &self.contract).map_err(|e| StoreError::sqlite(&self.path, e))?;
+        if digest::hex(&found) == self.digest { Ok(()) } else { Err(StoreError::Changed { path: self.path.clone() }) }
     }
 
     /// The file it reads.
@@ -325,7 +351,7 @@ impl Reader {
 
     /// One more connection, never to another file that has taken the name.
     fn reopen(&self) -> Result<Connection, StoreError> {
-        let connection = connection::reopen_read(&self.path, self.access)?;
+        let connection = connection::reopen_read(&self.path, self.access, self.keep.pages_bytes)?;
         let opened = *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if Stamp::of(&self.path)?.same_file(&opened) {
             Ok(connection)
@@ -343,7 +369,7 @@ impl Reader {
         };
         let outcome = query(&connection).map_err(|e| StoreError::sqlite(&self.path, e));
         let mut idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if idle.len() < IDLE_CONNECTIONS {
+        if idle.len() < self.keep.connections {
             idle.push(connection);
         }
         outcome

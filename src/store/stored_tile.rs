@@ -7,7 +7,7 @@ use super::level::LevelDigests;
 use super::{Layer, Reader, StoreError, TileContent, cells, digest};
 use crate::feature::CellMap;
 use crate::pixels::MaskedColour;
-use crate::tile::TileId;
+use crate::tile::{MercatorBounds, TileId};
 use rusqlite::{OptionalExtension, Row};
 use serde::Serialize;
 use std::sync::Arc;
@@ -136,6 +136,7 @@ impl Reader {
     /// The cells of one level, merged `pitch` by `pitch` (1, 2 or 3); without blocks where the layer has none of that
     /// level or was built before there were cells. Kept, so that the next frame finds them in memory, within a bound:
     /// the longest unused go first. Where an exported store states their digest, they are held against it.
+    /// See [`Reader::cells_around`] for what stays within the bound while it is worked out, too.
     ///
     /// # Errors
     /// Where the layer is unfinished or the store damaged.
@@ -153,6 +154,29 @@ impl Reader {
         Ok(self.cells.keep(key, map))
     }
 
+    /// As [`Reader::cells`] where the level is small enough to be read within the bound; else of those of its tiles alone that
+    /// meet `bounds`, and not kept; `None` where even these are too many.
+    ///
+    /// # Errors
+    /// As [`Reader::cells`].
+    pub fn cells_around(
+        &self,
+        layer: &Layer,
+        zoom: u8,
+        pitch: usize,
+        bounds: &MercatorBounds,
+    ) -> Result<Option<Arc<CellMap>>, StoreError> {
+        let most = if zoom == layer.base_zoom { layer.base_tiles } else { layer.tiles - layer.base_tiles };
+        if self.cells.has_room_for(most as usize) {
+            return self.cells(layer, zoom, pitch).map(Some);
+        }
+        let met = self.footprints_in(layer, zoom, bounds)?;
+        if !self.cells.has_room_for(met.len()) {
+            return Ok(None);
+        }
+        Ok(Some(Arc::new(CellMap::of_tiles(self.cells_of(layer, &met)?).merged(pitch))))
+    }
+
     /// The cells of a level as they stand in their table, where they have the stated digest; else those of the tiles whose
     /// content hash is right, one by one.
     fn proved_cells(&self, layer: &Layer, zoom: u8) -> Result<Vec<TileCells>, StoreError> {
@@ -163,8 +187,13 @@ impl Reader {
         {
             return Ok(cells);
         }
+        self.cells_of(layer, &self.footprints(layer, zoom)?)
+    }
+
+    /// The cells of those tiles whose content hash is right.
+    fn cells_of(&self, layer: &Layer, footprints: &[Footprint]) -> Result<Vec<TileCells>, StoreError> {
         let mut cells = Vec::new();
-        for footprint in self.footprints(layer, zoom)? {
+        for footprint in footprints {
             let tile = footprint.tile;
             match self.stored_tile(layer, tile) {
                 Ok(found) => {

@@ -29,6 +29,7 @@ pub fn request(routes: Vec<Route>, corridor_m: f64) -> ExportRequest {
         calibration: None,
         layers: Vec::new(),
         max_bytes: None,
+        jpeg_quality: None,
         valid_until: None,
         key: None,
     }
@@ -334,6 +335,11 @@ fn drops_in_the_stated_order_and_refuses_what_cannot_be_made_so_small() {
     let smaller = export_to(store, &with(whole.bytes - 1), &out);
     assert_eq!(smaller.dropped.iter().map(|d| d.what.as_str()).collect::<Vec<_>>(), ["keypoint descriptors"]);
     assert!(smaller.bytes < whole.bytes && smaller.bytes == std::fs::metadata(&out).unwrap().len());
+    let rough = export_to(store, &ExportRequest { jpeg_quality: Some(40), ..drawn_request() }, &out);
+    let imagery = |e: &Exported| e.parts.iter().map(|p| p.bytes.imagery).sum::<u64>();
+    assert!(imagery(&rough) < imagery(&whole) && rough.dropped.is_empty(), "{rough:?}");
+    let how = Verify { key: None, today: crate::injury::a_day(), every_tile: true };
+    assert!(verify_package(&out, &how, &|_, _| ()).unwrap().store.ok);
     let coarser = export_to(store, &with(smaller.bytes - 1), &out);
     assert!(coarser.dropped[1].what.starts_with("level 1") && coarser.dropped[1].effect.contains("pixels are"));
     let cut = Reader::open(&out).unwrap();

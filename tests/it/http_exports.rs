@@ -127,6 +127,7 @@ fn what_cannot_be_exported_is_told_without_the_servers_paths() {
         (json!([1, 2]), 400, "request_not_valid"),
         (with("route", json!("south")), 400, "parameter_out_of_range"),
         (with("corridor_m", json!(-1.0)), 400, "parameter_out_of_range"),
+        (with("jpeg_quality", json!(0)), 400, "parameter_out_of_range"),
         (with("valid_until", json!("soon")), 400, "parameter_out_of_range"),
         (with("layers", json!(["none"])), 404, "no_such_layer"),
         (with("sign", json!("ground.key")), 400, "request_not_valid"),

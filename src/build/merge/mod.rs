@@ -9,7 +9,7 @@ mod union;
 pub use error::MergeError;
 
 use crate::feature::keypoint::CONTRACT;
-use crate::store::{Extract, Outlet, Reader, size_of};
+use crate::store::{Extract, Outlet, Reader, is_same_file, size_of};
 use serde::Serialize;
 use shard::Shard;
 use std::path::{Path, PathBuf};
@@ -103,8 +103,7 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
 /// A store that may be merged.
 fn opened(path: &Path, out: &Path) -> Result<Reader, MergeError> {
     let reader = Reader::open(path)?;
-    let same = std::fs::canonicalize(path).ok().zip(std::fs::canonicalize(out).ok()).is_some_and(|(a, b)| a == b);
-    if same {
+    if is_same_file(path, out) {
         return Err(MergeError::SameFile { path: out.into() });
     }
     if reader.manifest().is_some() {

@@ -54,14 +54,15 @@ pub enum CandidatesError {
     },
     /// The region may meet too many tiles.
     #[error(
-        "the region may meet {tiles} tiles of zoom {zoom}, the limit is {}: state less drift, or a coarser gsd_m_per_px",
-        super::MAX_TILES
+        "the region may meet {tiles} tiles of zoom {zoom}, the limit is {most}: state less drift, or a coarser gsd_m_per_px"
     )]
     TooManyTiles {
         /// How many.
         tiles: u64,
         /// Of which zoom.
         zoom: u8,
+        /// How many may be considered.
+        most: u64,
     },
     /// The store failed, or has no such layer.
     #[error(transparent)]

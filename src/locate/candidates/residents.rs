@@ -12,7 +12,9 @@
 //! indexes; one question from the command line goes to SQLite, which answers before an index would stand. Each is the
 //! other's witness in the tests.
 
-use super::{CandidateQuery, Candidates, CandidatesError, ResidentIndex, candidates, prepare, rank};
+use super::{
+    CandidateQuery, Candidates, CandidatesError, MAX_TILES, ResidentIndex, bounded, candidates, prepare, rank,
+};
 use crate::store::{Layer, Reader};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -20,17 +22,28 @@ use std::sync::{Arc, Mutex};
 /// What one footprint takes in memory, with its place in the tree, bytes (measured on the benchmark's, rounded up).
 const FOOTPRINT_BYTES: u64 = 320;
 
+/// An answer that could have more tiles than these is large: some megabytes while it is made.
+const LARGE: u64 = 2_000;
+
 /// Indexes by layer and zoom, made when first asked for. Of one store: it must be the same at every call.
 #[derive(Debug)]
 pub struct Residents {
     limit_bytes: u64,
+    most_tiles: u64,
+    /// Held while an answer of many tiles is made: one at a time.
+    large: Mutex<()>,
     held: Mutex<HashMap<(String, u8), Arc<ResidentIndex>>>,
 }
 
 impl Residents {
     /// None yet. What does not fit into `limit_bytes` together is answered from the store instead.
     pub fn new(limit_bytes: u64) -> Self {
-        Self { limit_bytes, held: Mutex::default() }
+        Self { limit_bytes, most_tiles: MAX_TILES, large: Mutex::default(), held: Mutex::default() }
+    }
+
+    /// The same, refusing questions that could meet more tiles than these.
+    pub fn giving(self, most_tiles: u64) -> Self {
+        Self { most_tiles: most_tiles.min(MAX_TILES), ..self }
     }
 
     /// Answers a question as [`candidates`] does, from memory where the layer's level fits.
@@ -39,6 +52,8 @@ impl Residents {
     /// As [`candidates`].
     pub fn candidates(&self, store: &Reader, query: &CandidateQuery) -> Result<Candidates, CandidatesError> {
         let (layer, zoom, region) = prepare(store, query)?;
+        let tiles = bounded(&region.mercator_bounds(), zoom, layer, self.most_tiles)?;
+        let _alone = (tiles > LARGE).then(|| self.large.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
         let Some(index) = self.index(store, layer, zoom)? else { return candidates(store, query) };
         let met = index.footprints_in(&region.mercator_bounds());
         Ok(rank(&layer.name, met.into_iter(), &region, query.max_tiles))

@@ -6,7 +6,7 @@ use super::patch_file::{self, FileRecords, refused};
 use super::record::{InputsRecord, Malformed, Part, PutTile, TileRecord};
 use crate::package::onboard::{agrees, prove};
 use crate::package::sealed_file::{file_is_sealed_by, put_seal, read_seal};
-use crate::package::{Manifest, PackageError, PublicKey, SEAL_LEN, Seal, refuse_same_file};
+use crate::package::{Manifest, PackageError, PublicKey, SEAL_LEN, Seal};
 use crate::store::{Extract, Outlet, Reader, StoredTile, content_hash, media_type, size_of};
 use serde::Serialize;
 use std::path::Path;
@@ -49,7 +49,7 @@ pub struct Applied {
 /// [`PackageError::NotAPatch`], [`PackageError::AlteredPatch`], [`PackageError::WrongBase`], [`PackageError::OtherResult`];
 /// signature and manifest as [`super::super::open_onboard`]; a damaged tile of the old store; a full disk.
 pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Applied, PackageError> {
-    refuse_same_file(request.patch, request.out)?;
+    PackageError::refuse_same_file(request.patch, request.out)?;
     let (header, records) = patch_file::open(request.patch)?;
     let sealed = stated_seal(&header, request)?;
     let signed_by = sealed.as_ref().and_then(|(manifest, _)| manifest.signed_by.clone());

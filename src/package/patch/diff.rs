@@ -4,8 +4,8 @@ use super::changes::{Change, changes};
 use super::header::{PatchHeader, PatchLayer, SealedResult};
 use super::patch_file;
 use super::record::{InputsRecord, Part, PutTile, TileRecord, write_end};
+use crate::package::PackageError;
 use crate::package::sealed_file::read_seal;
-use crate::package::{PackageError, refuse_same_file};
 use crate::store::{Draft, Layer, LayerHead, Outlet, Reader, StoreError, StoredTile, size_of};
 use crate::tile::TileId;
 use serde::Serialize;
@@ -83,7 +83,7 @@ pub fn write_patch(
     progress: &dyn Fn(u64, u64),
 ) -> Result<Difference, PackageError> {
     for store in [old, new] {
-        refuse_same_file(store.path(), out)?;
+        PackageError::refuse_same_file(store.path(), out)?;
         store.require_settled()?;
     }
     let mut difference = diff(old, new)?;

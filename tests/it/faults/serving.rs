@@ -62,30 +62,31 @@ impl Serving {
             match self.run(bench, Fault { kind, at }) {
                 Err(said) if said.contains("panicked") || !said.contains("target.gpkg") => tally.failures.push(said),
                 Err(_) => tally.refused += 1,
-                Ok((answers, _)) => {
-                    let wrong = self.wrong(&answers);
-                    let whole = wrong.is_none() && answers == self.sound;
-                    tally.answered += u64::from(whole);
-                    tally.refused += u64::from(!whole && wrong.is_none());
-                    tally.failures.extend(wrong.map(|w| format!("onboard, {kind:?} at {at}: {w}")));
-                }
+                Ok((answers, _)) => match self.judge(&answers) {
+                    Ok(0) => tally.answered += 1,
+                    Ok(_) if kind != Kind::Short => tally.refused += 1,
+                    Ok(refused) => tally.failures.push(format!("onboard, {kind:?} at {at}: {refused} refused")),
+                    Err(wrong) => tally.failures.push(format!("onboard, {kind:?} at {at}: {wrong}")),
+                },
             }
             tally.tried += 1;
         }
         tally
     }
 
-    /// The first answer that is another than a sound store's and no refusal.
-    fn wrong(&self, answers: &[Answer]) -> Option<String> {
+    /// How many answers are refusals. `Err`: the first that is another than a sound store's, and no refusal.
+    fn judge(&self, answers: &[Answer]) -> Result<usize, String> {
+        let mut refusals = 0;
         for ((question, found), sound) in self.questions.iter().zip(answers).zip(&self.sound) {
-            let refused = found.status >= 500 || found.status == 200 && no_fix(&found.body);
-            if !refused && (found.status != sound.status || !same(&found.body, &sound.body)) {
+            if found.status >= 500 || found.status == 200 && no_fix(&found.body) {
+                refusals += 1;
+            } else if found.status != sound.status || !same(&found.body, &sound.body) {
                 let body = String::from_utf8_lossy(&found.body).chars().take(300).collect::<String>();
-                return Some(format!("{} answers {} {body}", question.line, found.status));
+                return Err(format!("{} answers {} {body}", question.line, found.status));
             }
         }
         let health = answers.last().expect("health is asked last");
-        (health.status != 200).then(|| "it does not say how it is".to_owned())
+        if health.status == 200 { Ok(refusals) } else { Err("it does not say how it is".into()) }
     }
 
     /// Starts, asks everything, stops: the answers, and calls of each kind. `Err`: what it said instead of starting.
