@@ -25,7 +25,7 @@ pub use request::Request;
 
 use crate::feature::keypoint::CONTRACT;
 use crate::raster;
-use crate::store::{Draft, Reader, Writer, settle};
+use crate::store::{Draft, Reader, StoreError, Writer, settle};
 use declare::Given;
 use pipeline::Stop;
 use plan::Plan;
@@ -104,7 +104,8 @@ pub fn run(request: &Request, progress: &mut dyn FnMut(Progress) -> ControlFlow<
     request.check()?;
     let mut rejected = Vec::new();
     let mut given = gather(request, &mut rejected);
-    let existed = request.db.exists();
+    // Where the disk does not say, the build ends before it can take an old store for one of its own making.
+    let existed = request.db.try_exists().map_err(|e| StoreError::io(&request.db, e))?;
     let before = Draft::read(&request.db, &request.layer)?;
     require_something(request, &before, &given, &rejected)?;
     loop {

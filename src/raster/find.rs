@@ -92,7 +92,13 @@ pub fn content_hash(path: &Path) -> Result<[u8; 32], RasterError> {
 fn file_hash(path: &Path) -> Result<[u8; 32], RasterError> {
     let io = |e| RasterError::io(path, e);
     let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path).map_err(io)?).map_err(io)?;
+    let file = File::open(path).map_err(io)?;
+    let len = file.metadata().map_err(io)?.len();
+    hasher.update_reader(file).map_err(io)?;
+    if hasher.count() < len {
+        // A read that ended too early: a hash of less would be that of another source.
+        return Err(io(std::io::ErrorKind::UnexpectedEof.into()));
+    }
     Ok(*hasher.finalize().as_bytes())
 }
 

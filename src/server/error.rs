@@ -206,6 +206,8 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::OtherContract { .. }
         | StoreError::Denied { .. }
         | StoreError::DiskFull { .. }
+        | StoreError::DiskError { .. }
+        | StoreError::NoJournal { .. }
         | StoreError::Superseded { .. }
         | StoreError::Damaged { .. }
         | StoreError::DamagedTile { .. }

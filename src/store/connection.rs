@@ -36,7 +36,7 @@ pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> 
         Access::Immutable => {
             refuse_side_files(path)?;
             let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-            Connection::open_with_flags(immutable_uri(path), flags).map_err(|e| StoreError::sqlite(path, e))?
+            Connection::open_with_flags(immutable_uri(path), flags).map_err(|e| StoreError::unopened(path, e))?
         }
     };
     prepare_read(&connection).map_err(|e| StoreError::sqlite(path, e))?;
@@ -54,8 +54,8 @@ pub fn reopen_read(path: &Path, access: Access, pages_bytes: u64) -> Result<Conn
         Access::Shared => Connection::open_with_flags(path, flags),
         Access::Immutable => Connection::open_with_flags(immutable_uri(path), flags | OpenFlags::SQLITE_OPEN_URI),
     };
+    let connection = opened.map_err(|e| StoreError::unopened(path, e))?;
     let fail = |e| StoreError::sqlite(path, e);
-    let connection = opened.map_err(fail)?;
     prepare_read(&connection).map_err(fail)?;
     hold_pages(&connection, pages_bytes).map_err(fail)?;
     Ok(connection)
@@ -76,26 +76,27 @@ fn prepare_read(connection: &Connection) -> rusqlite::Result<()> {
 /// Opens read-only; where a killed build left a hot journal, lets SQLite roll it back first.
 fn open_shared(path: &Path) -> Result<Connection, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let open = || -> rusqlite::Result<Connection> {
-        let connection = Connection::open_with_flags(path, flags)?;
-        connection.busy_timeout(BUSY)?;
-        connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
-        Ok(connection)
-    };
-    let named = |e| StoreError::sqlite(path, e);
-    match open().map_err(named) {
+    match open_and_look(path, flags) {
         Err(StoreError::HotJournal { .. }) => {
-            roll_back(path).map_err(|_| StoreError::HotJournal { path: path.into() })?;
-            open().map_err(named)
+            open_and_look(path, OpenFlags::SQLITE_OPEN_READ_WRITE).map_err(|error| match error {
+                StoreError::DiskFull { .. } | StoreError::DiskError { .. } => error,
+                _ => StoreError::HotJournal { path: path.into() },
+            })?;
+            open_and_look(path, flags)
         }
         other => other,
     }
 }
 
-fn roll_back(path: &Path) -> rusqlite::Result<()> {
-    let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
-    connection.busy_timeout(BUSY)?;
-    connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))
+/// Opens, and reads the schema: where a hot journal stands beside the file, SQLite rolls it back now, if it may write.
+fn open_and_look(path: &Path, flags: OpenFlags) -> Result<Connection, StoreError> {
+    let connection = Connection::open_with_flags(path, flags).map_err(|e| StoreError::unopened(path, e))?;
+    let look = || {
+        connection.busy_timeout(BUSY)?;
+        connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))
+    };
+    look().map_err(|e| StoreError::sqlite(path, e))?;
+    Ok(connection)
 }
 
 /// A connection that writes to a store that exists, migrated to this program's format.
@@ -105,7 +106,8 @@ fn roll_back(path: &Path) -> rusqlite::Result<()> {
 pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     check_file(path)?;
     let fail = |e| StoreError::sqlite(path, e);
-    let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE).map_err(fail)?;
+    let opened = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE);
+    let connection = opened.map_err(|e| StoreError::unopened(path, e))?;
     prepare_write(&connection).map_err(fail)?;
     let version = store_version(&connection, path)?;
     if version >= manifest::SINCE && manifest::read(&connection).map_err(fail)?.is_some() {
@@ -147,7 +149,7 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     name.push("-new");
     let draft = PathBuf::from(name);
     let outcome = create_draft(&draft, contract)
-        .map_err(|e| StoreError::sqlite(path, e))
+        .map_err(|e| StoreError::of_own_file(path, e))
         .and_then(|()| std::fs::rename(&draft, path).map_err(|e| StoreError::io(path, e)));
     if outcome.is_err() {
         // The draft is worthless; the first failure is the one to report.

@@ -9,6 +9,7 @@ use crate::feature::keypoint::{self, Keypoints};
 use crate::pixels::MaskedColour;
 use crate::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, Row, params};
+use std::path::Path;
 
 /// What a tile with pixels holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,33 +97,70 @@ pub struct Child {
     pub horizontal_error_m: f64,
 }
 
-/// What an overview needs to know of a staged tile: the inner `None` where it has no pixel, the outer where it is not staged.
-pub(super) fn staged_child(
-    connection: &Connection,
-    layer: &str,
-    tile: TileId,
-) -> rusqlite::Result<Option<Option<Child>>> {
-    let sql = "SELECT tile_data, sources, acquired, horizontal_error_m FROM overfly_staged
-               WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4";
-    child(connection, sql, layer, tile)
+/// What stands in the store of a tile below an overview.
+pub(super) enum Below {
+    /// A tile without a valid pixel.
+    Empty,
+    /// A tile that does not have the hash that its row states. An overview of it would be wrong, and its own hash right.
+    Damaged,
+    /// A tile, its hash proved.
+    Proved(Child),
 }
 
-/// What an overview needs to know of a tile in its place; `None` where there is none.
-pub(super) fn placed_child(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<Option<Child>> {
+impl Below {
+    /// The child; none of an empty tile.
+    ///
+    /// # Errors
+    /// [`StoreError::DamagedTile`].
+    pub fn proved(self, path: &Path, layer: &str, tile: TileId) -> Result<Option<Child>, StoreError> {
+        match self {
+            Self::Empty => Ok(None),
+            Self::Proved(child) => Ok(Some(child)),
+            Self::Damaged => Err(damaged(path, layer, tile)),
+        }
+    }
+}
+
+/// The failure of a tile that does not have the hash that is stated.
+pub(super) fn damaged(path: &Path, layer: &str, tile: TileId) -> StoreError {
+    let reason = "imagery, descriptors or cells do not have the hash that is stated".into();
+    StoreError::DamagedTile { path: path.into(), layer: layer.into(), tile, reason }
+}
+
+/// A staged tile; `None` where it is not staged.
+pub(super) fn staged_child(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<Option<Below>> {
+    let sql = "SELECT tile_data, sources, acquired, horizontal_error_m, content_hash, descriptors, cells
+               FROM overfly_staged WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4";
+    below(connection, sql, layer, tile)
+}
+
+/// A tile in its place; `None` where there is none.
+pub(super) fn placed_child(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<Option<Below>> {
     let sql = format!(
-        "SELECT t.tile_data, f.sources, f.acquired, f.horizontal_error_m FROM \"{layer}\" t
+        "SELECT t.tile_data, f.sources, f.acquired, f.horizontal_error_m, f.content_hash, d.descriptors, c.cells
+         FROM \"{layer}\" t
          JOIN footprints f ON f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4
+         LEFT JOIN overfly_descriptors d ON d.footprint = f.fid
+         LEFT JOIN overfly_cells c ON c.footprint = f.fid
          WHERE t.zoom_level = ?2 AND t.tile_row = ?3 AND t.tile_column = ?4"
     );
-    Ok(child(connection, &sql, layer, tile)?.flatten())
+    below(connection, &sql, layer, tile)
 }
 
-fn child(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> rusqlite::Result<Option<Option<Child>>> {
+fn below(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> rusqlite::Result<Option<Below>> {
     let key = params![layer, tile.zoom(), tile.row(), tile.column()];
     let read = |row: &Row<'_>| {
         let image: Option<Vec<u8>> = row.get(0)?;
-        let Some(image) = image else { return Ok(None) };
-        Ok(Some(Child { image, sources: row.get(1)?, acquired: row.get(2)?, horizontal_error_m: row.get(3)? }))
+        let Some(image) = image else { return Ok(Below::Empty) };
+        let stated: [u8; 32] = row.get(4)?;
+        let (descriptors, cells): (Option<Vec<u8>>, Option<Vec<u8>>) = (row.get(5)?, row.get(6)?);
+        let described = descriptors.as_deref().unwrap_or_default();
+        let hash = |media_type| digest::content_hash(media_type, &image, described, cells.as_deref());
+        if imagery::media_type(&image).map(hash) != Some(stated) {
+            return Ok(Below::Damaged);
+        }
+        let (sources, acquired, horizontal_error_m) = (row.get(1)?, row.get(2)?, row.get(3)?);
+        Ok(Below::Proved(Child { image, sources, acquired, horizontal_error_m }))
     };
     connection.prepare_cached(sql)?.query_row(key, read).optional()
 }

@@ -3,6 +3,9 @@
 use crate::tile::TileId;
 use std::path::{Path, PathBuf};
 
+/// What Linux, the BSDs and macOS call a device that fails.
+const EIO: i32 = 5;
+
 /// Why a store cannot be opened, read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -109,10 +112,26 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// No room.
-    #[error("{path}: the disk is full; what was there before is untouched: make room and run the same command again, it goes on where it stopped", path = path.display())]
+    #[error("{path}: the disk is full; what was there before is untouched: make room and run the same command again; a build goes on where it stopped", path = path.display())]
     DiskFull {
         /// The file.
         path: PathBuf,
+    },
+    /// The disk cannot be read or written.
+    #[error("{path}: the disk fails or is full ({reason}); nothing half done is kept: check the disk and its room, then run the same command again, or use a copy on another disk", path = path.display())]
+    DiskError {
+        /// The file.
+        path: PathBuf,
+        /// What the system or SQLite says.
+        reason: String,
+    },
+    /// A file beside it, which a write needs, cannot be made or opened.
+    #[error("{path}: its journal cannot be made or opened ({reason}); what was there before is untouched: the disk is full or fails, or too many files are open; see to it and run the same command again", path = path.display())]
+    NoJournal {
+        /// The store.
+        path: PathBuf,
+        /// What SQLite says.
+        reason: String,
     },
     /// Another program holds it.
     #[error("{path}: another program is writing to it: wait for it, then run again", path = path.display())]
@@ -210,6 +229,8 @@ impl StoreError {
             Self::Denied { .. } => "permission_denied",
             Self::NoFolder { .. } => "no_such_folder",
             Self::DiskFull { .. } => "disk_full",
+            Self::DiskError { .. } => "disk_error",
+            Self::NoJournal { .. } => "no_journal",
             Self::Busy { .. } => "store_busy",
             Self::Superseded { .. } => "superseded",
             Self::Occupied { .. } => "export_under_way",
@@ -227,6 +248,8 @@ impl StoreError {
         match self {
             Self::Changed { .. }
             | Self::DiskFull { .. }
+            | Self::DiskError { .. }
+            | Self::NoJournal { .. }
             | Self::Busy { .. }
             | Self::Superseded { .. }
             | Self::Occupied { .. }
@@ -265,10 +288,33 @@ impl StoreError {
             Some(Code::NotADatabase) => Self::NotAStore { path, found: "not an SQLite file".into() },
             Some(Code::DatabaseCorrupt) => Self::Damaged { path, reason },
             Some(Code::DiskFull) => Self::DiskFull { path },
-            Some(Code::ReadOnly | Code::CannotOpen | Code::PermissionDenied) => Self::Denied { path, reason },
+            Some(Code::SystemIoFailure) => Self::DiskError { path, reason },
+            // The store itself is open by then (else: `unopened`), and a folder that may not be written is `ReadOnly`.
+            Some(Code::CannotOpen) => Self::NoJournal { path, reason },
+            Some(Code::ReadOnly | Code::PermissionDenied) => Self::Denied { path, reason },
             Some(Code::DatabaseBusy | Code::DatabaseLocked) => Self::Busy { path },
             _ if is_of_the_content(&source) => Self::Damaged { path, reason },
             _ => Self::Sqlite { path, source },
+        }
+    }
+
+    /// Names what SQLite reports where it opens the file at `path`.
+    pub(crate) fn unopened(path: &Path, source: rusqlite::Error) -> Self {
+        match source.sqlite_error_code() {
+            Some(rusqlite::ErrorCode::CannotOpen) => {
+                // SQLite does not say why.
+                Self::Denied { path: path.into(), reason: format!("{source}; or the disk fails") }
+            }
+            _ => Self::sqlite(path, source),
+        }
+    }
+
+    /// Names what SQLite reports about a file that this run has written itself: there, only the disk can do damage.
+    pub(crate) fn of_own_file(path: &Path, source: rusqlite::Error) -> Self {
+        match Self::sqlite(path, source) {
+            Self::Damaged { path, reason } => Self::DiskError { path, reason },
+            Self::NotAStore { path, found } => Self::DiskError { path, reason: found },
+            other => other,
         }
     }
 
@@ -282,6 +328,8 @@ impl StoreError {
                 Self::Denied { path, reason: source.to_string() }
             }
             ErrorKind::StorageFull => Self::DiskFull { path },
+            ErrorKind::UnexpectedEof => Self::DiskError { path, reason: "it ends where it should not".into() },
+            _ if source.raw_os_error() == Some(EIO) => Self::DiskError { path, reason: source.to_string() },
             _ => Self::Io { path, source },
         }
     }

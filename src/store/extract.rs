@@ -10,6 +10,7 @@ use super::source::{self, Declared};
 use super::writer::{Declaration, Placed, place_content};
 use super::{
     Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery, manifest, reader,
+    verify,
 };
 use crate::tile::TileId;
 use rusqlite::{Connection, OpenFlags, params};
@@ -90,7 +91,7 @@ impl Extract {
     /// Where the folder is absent or may not be written, or the disk is full.
     pub fn begin(draft: &Path, contract: &str) -> Result<Self, StoreError> {
         let draft = Draft(draft.to_path_buf());
-        let connection = open(&draft.0, contract).map_err(|e| StoreError::sqlite(&draft.0, e))?;
+        let connection = open(&draft.0, contract).map_err(|e| StoreError::of_own_file(&draft.0, e))?;
         Ok(Self { draft, connection, contract: contract.to_owned() })
     }
 
@@ -157,7 +158,8 @@ impl Extract {
     /// # Errors
     /// Where SQLite fails.
     pub fn child(&self, layer: &str, tile: TileId) -> Result<Option<Child>, StoreError> {
-        content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))
+        let found = content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
+        found.map_or(Ok(None), |below| below.proved(&self.draft.0, layer, tile))
     }
 
     /// Notes what a tile was made from, so that a build need not make it again.
@@ -200,7 +202,7 @@ impl Extract {
     /// # Errors
     /// Where SQLite fails.
     pub fn level(&self, layer: &str, zoom: u8) -> Result<(LevelDigests, Vec<Footprint>), StoreError> {
-        let fail = |e| StoreError::sqlite(&self.draft.0, e);
+        let fail = |e| StoreError::of_own_file(&self.draft.0, e);
         let sql = format!(
             "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
             footprint::COLUMNS
@@ -216,7 +218,7 @@ impl Extract {
     /// Where SQLite fails.
     pub fn digest(&self) -> Result<String, StoreError> {
         let found = reader::stored_digest(&self.connection, &self.contract);
-        found.map(|d| digest::hex(&d)).map_err(|e| StoreError::sqlite(&self.draft.0, e))
+        found.map(|d| digest::hex(&d)).map_err(|e| StoreError::of_own_file(&self.draft.0, e))
     }
 
     /// Writes the store to `target` (absent or empty), compact: table after table, without an unused page; each page ends
@@ -229,12 +231,18 @@ impl Extract {
             manifest::write(&self.connection, manifest).map_err(|e| self.fail(e))?;
         }
         let uri = format!("{}?reserve={reserved}", file_uri(target));
-        self.connection.execute("VACUUM INTO ?1", [uri]).map_err(|e| StoreError::sqlite(target, e))?;
-        Ok(())
+        self.connection.execute("VACUUM INTO ?1", [uri]).map_err(|e| StoreError::of_own_file(target, e))?;
+        // What SQLite cannot read to its end it takes for zeros, and writes these.
+        let found = verify::verify(target, &|_, _| ())?;
+        let tile = found.bad_tiles.first().map(|bad| format!("tile {}: {}", bad.id, bad.reason));
+        match found.problems.into_iter().next().or(tile) {
+            None => Ok(()),
+            Some(reason) => Err(StoreError::DiskError { path: target.into(), reason }),
+        }
     }
 
     fn fail(&self, error: rusqlite::Error) -> StoreError {
-        StoreError::sqlite(&self.draft.0, error)
+        StoreError::of_own_file(&self.draft.0, error)
     }
 }
 

@@ -1,23 +1,33 @@
 //! The last transaction of a build, and how rows of a layer go away.
 
+use super::content::{self, Below};
 use super::source::{self, Declared};
 use super::writer::Declaration;
-use super::{digest, footprint, geopackage};
+use super::{StoreError, digest, footprint, geopackage, verify};
 use crate::geodesy::WORLD_M;
 use crate::tile::{MercatorBounds, TileId};
 use rusqlite::{Connection, params};
+use std::path::Path;
 
 /// Above this share of unused pages the file is rewritten without them.
 const UNUSED_SHARE: f64 = 0.25;
 
-/// Moves staged tiles to their places, drops what is not wanted, and declares the layer finished. Returns its tiles.
+/// What a build's last transaction did.
+pub(super) struct Finished {
+    /// Tiles that the layer now has.
+    pub tiles: u64,
+    /// A tile that came to its place and does not have the hash that its footprint states: then it must not be committed.
+    pub damaged: Option<TileId>,
+}
+
+/// Moves staged tiles to their places, drops what is not wanted, and declares the layer finished.
 pub(super) fn finish(
     connection: &Connection,
     declaration: &Declaration,
     wanted: &dyn Fn(TileId) -> bool,
-) -> rusqlite::Result<u64> {
+) -> rusqlite::Result<Finished> {
     let layer = &declaration.layer;
-    move_staged(connection, layer)?;
+    let damaged = move_staged(connection, layer)?;
     for tile in tiles_with_inputs(connection, layer)?.into_iter().filter(|tile| !wanted(*tile)) {
         clear_tile(connection, layer, tile)?;
         connection
@@ -34,10 +44,11 @@ pub(super) fn finish(
     clear_pending(connection, layer)?;
     let tiles = declare(connection, declaration)?;
     geopackage::declare_footprints(connection)?;
-    Ok(tiles)
+    Ok(Finished { tiles, damaged })
 }
 
-fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+/// Returns the first tile that did not come through whole.
+fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<TileId>> {
     let mut statement =
         connection.prepare("SELECT zoom, tile_column, tile_row FROM overfly_staged WHERE layer = ?1")?;
     let staged: Vec<TileId> =
@@ -71,8 +82,11 @@ fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
         ] {
             connection.prepare_cached(sql)?.execute(key)?;
         }
+        if let Some(Below::Damaged) = content::placed_child(connection, layer, tile)? {
+            return Ok(Some(tile));
+        }
     }
-    Ok(())
+    Ok(None)
 }
 
 fn tiles_with_inputs(connection: &Connection, layer: &str) -> rusqlite::Result<Vec<TileId>> {
@@ -205,15 +219,31 @@ fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
     (union, [longitude(west), south, longitude(east + 1), north])
 }
 
-/// Rewrites the file without its unused pages where these are many. Failing that (a full disk), it stays as it is.
-pub(super) fn compact(connection: &Connection) {
+/// Closes a store; where many of its pages are unused, rewrites it without them first, and then proves every tile: what
+/// SQLite cannot read to its end it takes for zeros, and writes these. Where it cannot be rewritten it stays as it is.
+///
+/// # Errors
+/// [`StoreError::Damaged`], or where the disk fails.
+pub(super) fn compact(connection: Connection, path: &Path) -> Result<(), StoreError> {
     let pragma = |name: &str| connection.query_row(&format!("PRAGMA {name}"), [], |row| row.get::<_, f64>(0));
+    let mut rewritten = false;
     if let (Ok(unused), Ok(all)) = (pragma("freelist_count"), pragma("page_count"))
         && unused > UNUSED_SHARE * all
         && unused > 64.0
     {
-        // Not a failure of the build: unused pages are used again.
-        let _ = connection.execute_batch("VACUUM");
+        // Failing is no failure of the build: unused pages are used again.
+        rewritten = connection.execute_batch("VACUUM").is_ok();
+    }
+    connection.close().map_err(|(_, e)| StoreError::sqlite(path, e))?;
+    if !rewritten {
+        return Ok(());
+    }
+    match verify::verify(path, &|_, _| ())?.bad_tiles.first() {
+        None => Ok(()),
+        Some(bad) => {
+            let reason = format!("tile {} of layer {}: {}", bad.id, bad.layer, bad.reason);
+            Err(StoreError::Damaged { path: path.into(), reason })
+        }
     }
 }
 

@@ -53,7 +53,6 @@ pub use verify::{BadTile, Verification, verify};
 pub use writer::{BuiltTile, Declaration, Writer, remove_layer};
 
 use crate::feature::keypoint::CONTRACT;
-use connection::refuse_side_files;
 use rusqlite::Connection;
 use std::path::Path;
 

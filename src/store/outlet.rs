@@ -1,6 +1,7 @@
 //! `Outlet`: a file that comes into being whole. It is written beside its place, synced and renamed; the folder is synced too.
 
-use super::{StoreError, refuse_side_files};
+use super::StoreError;
+use super::connection::{refuse_side_files, side_files};
 use std::fs::{File, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -85,6 +86,9 @@ impl Drop for Outlet {
         if !self.published {
             // What was begun is worthless; what went wrong was reported.
             let _ = std::fs::remove_file(&self.beside);
+            for side in side_files(&self.beside) {
+                let _ = std::fs::remove_file(side);
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ use super::{Layer, Reader, StoreError, TileContent, cells, digest};
 use crate::feature::CellMap;
 use crate::pixels::MaskedColour;
 use crate::tile::{MercatorBounds, TileId};
-use rusqlite::{ErrorCode, OptionalExtension, Row};
+use rusqlite::{OptionalExtension, Row};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -250,9 +250,7 @@ impl Reader {
         }
         let error = match error {
             StoreError::Damaged { reason, .. } => self.damaged(layer, tile, reason),
-            StoreError::Sqlite { source, .. } if source.sqlite_error_code() == Some(ErrorCode::SystemIoFailure) => {
-                self.damaged(layer, tile, source.to_string())
-            }
+            StoreError::DiskError { reason, .. } => self.damaged(layer, tile, reason),
             other => other,
         };
         if let StoreError::DamagedTile { reason, .. } = &error {

@@ -4,6 +4,7 @@
 //! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
 
 use super::content::{self, Child, TileContent};
+use super::finish::Finished;
 use super::footprint::Footprint;
 use super::geometry::polygon_blob;
 use super::layer;
@@ -98,13 +99,14 @@ impl Writer {
     /// Where the store is damaged.
     pub fn child(&self, tile: TileId) -> Result<Option<Child>, StoreError> {
         let layer = &self.declaration.layer;
+        let mut found = None;
         if self.staging {
-            let staged = content::staged_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
-            if let Some(child) = staged {
-                return Ok(child);
-            }
+            found = content::staged_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
         }
-        content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))
+        if found.is_none() {
+            found = content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
+        }
+        found.map_or(Ok(None), |below| below.proved(&self.path, layer, tile))
     }
 
     /// Ends the build in one transaction: staged tiles to their places, tiles that are not in `wanted` away, sources,
@@ -116,7 +118,12 @@ impl Writer {
     pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<Option<u64>, StoreError> {
         self.commit()?;
         self.begin_transaction()?;
-        let tiles = finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
+        let Finished { tiles, damaged } =
+            finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
+        if let Some(tile) = damaged {
+            // The transaction ends with the connection, undone.
+            return Err(content::damaged(&self.path, &self.declaration.layer, tile));
+        }
         if tiles == 0 {
             self.in_transaction = false;
             self.connection.execute_batch("ROLLBACK").map_err(|e| self.fail(e))?;
@@ -124,8 +131,7 @@ impl Writer {
             return Ok(None);
         }
         self.commit()?;
-        finish::compact(&self.connection);
-        self.connection.close().map_err(|(_, e)| StoreError::sqlite(&self.path, e))?;
+        finish::compact(self.connection, &self.path)?;
         Ok(Some(tiles))
     }
 
@@ -182,8 +188,7 @@ pub fn remove_layer(path: &Path, name: &str) -> Result<(), StoreError> {
     let transaction = connection.unchecked_transaction().map_err(fail)?;
     finish::remove(&transaction, name).map_err(fail)?;
     transaction.commit().map_err(fail)?;
-    finish::compact(&connection);
-    Ok(())
+    finish::compact(connection, path)
 }
 
 fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError> {

@@ -1,0 +1,298 @@
+//! `Bench`: runs an operation under a fault and judges what it left: target absent, old or new, valid; side files handled;
+//! the same command once more, without a fault, ends as if nothing had been.
+
+use super::operation::{Operation, TARGET};
+use super::shim::{Fault, Kind, Report, Shim};
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// What stands at the target after a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum End {
+    Absent,
+    Old,
+    /// The old store, or an empty one, and in it a layer that says it is unfinished.
+    Unfinished,
+    New,
+}
+
+/// A place to run operations in.
+pub struct Bench {
+    overfly: PathBuf,
+    shim: Shim,
+    work: PathBuf,
+}
+
+/// What an undisturbed run makes.
+pub struct Undisturbed {
+    old_digest: Option<String>,
+    digest: String,
+    names: Vec<OsString>,
+    bytes: Option<Vec<u8>>,
+    /// Calls of each kind.
+    pub counts: Vec<u64>,
+}
+
+/// What `overfly verify` says of a store.
+struct Verdict {
+    good: bool,
+    json: serde_json::Value,
+}
+
+impl Bench {
+    /// A bench in `folder`. `Err`: why no fault can be injected into `overfly`.
+    pub fn new(overfly: &Path, folder: &Path) -> Result<Self, String> {
+        let work = folder.join("work");
+        std::fs::create_dir(&work).unwrap();
+        Ok(Self { overfly: overfly.into(), shim: Shim::compile(folder, overfly)?, work })
+    }
+
+    /// The program with these arguments, `{}` in them for the work folder.
+    pub fn command(&self, arguments: &[OsString]) -> Command {
+        let mut command = Command::new(&self.overfly);
+        command.args(["--json", "--quiet"]);
+        let work = self.work.to_str().unwrap();
+        command.args(arguments.iter().map(|a| a.to_str().unwrap().replace("{}", work)));
+        command
+    }
+
+    /// Runs a command that cannot fail.
+    pub fn succeed(&self, arguments: &[OsString]) {
+        let output = self.command(arguments).output().unwrap();
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output));
+    }
+
+    /// Runs a command under a fault: how it ended, and what the layer tells.
+    pub fn disturb(&self, arguments: &[OsString], fault: Fault) -> (Output, Report) {
+        let output = self.armed(arguments, fault).output().unwrap();
+        (output, self.report())
+    }
+
+    /// A command that will meet a fault.
+    pub fn armed(&self, arguments: &[OsString], fault: Fault) -> Command {
+        let mut command = self.command(arguments);
+        self.shim.arm(&mut command, &self.work, fault);
+        command
+    }
+
+    /// What the last command told that was to meet a fault.
+    pub fn report(&self) -> Report {
+        self.shim.report()
+    }
+
+    /// Empties the work folder and puts there what shall stand there.
+    pub fn lay_out(&self, before: &BTreeMap<&'static str, PathBuf>) {
+        for name in self.names() {
+            std::fs::remove_file(self.work.join(name)).unwrap();
+        }
+        for (name, file) in before {
+            std::fs::copy(file, self.work.join(name)).unwrap();
+        }
+    }
+
+    /// What an operation makes where nothing disturbs it.
+    pub fn undisturbed(&self, operation: &Operation) -> Undisturbed {
+        let digest = |verdict: &Verdict| {
+            assert!(verdict.good, "{}", verdict.json);
+            verdict.digest()
+        };
+        self.lay_out(&operation.before);
+        let old_digest = operation.before.contains_key(TARGET).then(|| digest(&self.verify(operation)));
+        let (output, report) = self.disturb(&operation.arguments, Fault { kind: Kind::Kill, at: 0 });
+        assert!(output.status.success(), "{}", text(&output));
+        let (digest, names) = (digest(&self.verify(operation)), self.names());
+        assert_ne!(Some(&digest), old_digest.as_ref(), "old and new can be told apart");
+        let bytes = operation.same_bytes.then(|| std::fs::read(self.target()).unwrap());
+        Undisturbed { old_digest, digest, names, bytes, counts: report.counts }
+    }
+
+    /// Lets a fault befall an operation; what then stood at the target, and whether the fault came at all.
+    ///
+    /// # Errors
+    /// What is wrong with the program.
+    pub fn endure(&self, operation: &Operation, expected: &Undisturbed, fault: Fault) -> Result<(End, bool), String> {
+        self.lay_out(&operation.before);
+        let (output, Report { fired, .. }) = self.disturb(&operation.arguments, fault);
+        let wrong = |what: String| {
+            let met = fired.as_deref().unwrap_or("no call");
+            format!("{}, {:?} at {} ({met}): {what}\n  {}", operation.name, fault.kind, fault.at, text(&output))
+        };
+        let succeeded = output.status.success();
+        self.judge_exit(operation, fault, fired.as_deref(), &output).map_err(&wrong)?;
+        if !succeeded && !fault.kind.kills() && !operation.resumes {
+            self.judge_litter(operation, expected, fault).map_err(&wrong)?;
+        }
+        let end = self.judge_target(operation, expected).map_err(&wrong)?;
+        if succeeded && end != End::New {
+            return Err(wrong(format!("it says that all went well, and the target is {end:?}")));
+        }
+        self.judge_inputs(operation).map_err(&wrong)?;
+        let again = self.command(&operation.arguments).output().unwrap();
+        if !again.status.success() {
+            return Err(wrong(format!("the same command once more fails: {}", text(&again))));
+        }
+        self.judge_end(operation, expected)
+            .map_err(|what| wrong(format!("after {end:?} and the same command once more: {what}")))?;
+        Ok((end, fired.is_some()))
+    }
+
+    /// Killed by the fault and by nothing else; or an exit code, and where it is a failure, words that help.
+    fn judge_exit(
+        &self,
+        operation: &Operation,
+        fault: Fault,
+        fired: Option<&str>,
+        output: &Output,
+    ) -> Result<(), String> {
+        let said = text(output);
+        if said.contains("panicked") {
+            return Err("it panics".into());
+        }
+        match (output.status.signal(), output.status.code(), fired) {
+            (Some(9), _, Some(_)) if fault.kind.kills() => Ok(()),
+            (_, Some(0), _) => Ok(()),
+            (_, Some(code @ 1..=3), Some(call)) if !fault.kind.kills() && fault.kind != Kind::Short => {
+                self.judge_words(operation, fault.kind, call, code, &said)
+            }
+            _ => Err(format!("{}", output.status)),
+        }
+    }
+
+    /// A failure names the file, has a code word that fits the fault, and an exit code that fits the word.
+    fn judge_words(&self, operation: &Operation, kind: Kind, call: &str, exit: i32, said: &str) -> Result<(), String> {
+        let names = |word: &str| said.contains(&format!("error[{word}]"));
+        let (opens, reads) = (call.starts_with("open"), call.starts_with("pread") || call.starts_with("read"));
+        let fits = match kind {
+            // SQLite says of a sync, and of a rollback, only that it failed.
+            Kind::Full | Kind::FullOnce if operation.resumes && names("disk_error") => {
+                exit == 1 && said.contains("is full")
+            }
+            Kind::Full | Kind::FullOnce => names("disk_full") && exit == 1,
+            _ => names("disk_error") && exit == 1,
+        };
+        // SQLite takes what a disk cannot read for damage, and does not say why a file cannot be opened.
+        let of_read = reads
+            && exit == 2
+            && ["damaged_store", "not_a_store", "altered_patch", "not_a_patch"].iter().any(|w| names(w));
+        let of_open =
+            opens && said.contains("disk") && (names("no_journal") && exit == 1 || names("permission_denied"));
+        if !said.contains(self.work.to_str().unwrap()) {
+            return Err("it does not name the file".into());
+        }
+        if fits || of_open || of_read { Ok(()) } else { Err(format!("exit code {exit} with these words")) }
+    }
+
+    /// What failed by itself leaves nothing behind, where it could remove it.
+    fn judge_litter(&self, operation: &Operation, expected: &Undisturbed, fault: Fault) -> Result<(), String> {
+        let before: Vec<OsString> = operation.before.keys().map(Into::into).collect();
+        let names = self.names();
+        if fault.kind == Kind::Bad || names == before || names == expected.names {
+            return Ok(());
+        }
+        Err(format!("it leaves {names:?}"))
+    }
+
+    fn judge_target(&self, operation: &Operation, expected: &Undisturbed) -> Result<End, String> {
+        if !self.target().exists() {
+            let was = operation.before.contains_key(TARGET);
+            return if was { Err("the old target is gone".into()) } else { Ok(End::Absent) };
+        }
+        let verdict = self.verify(operation);
+        let digest = verdict.digest();
+        if verdict.good {
+            return match () {
+                () if digest == expected.digest => self.judge_bytes(expected).map(|()| End::New),
+                () if Some(&digest) == expected.old_digest.as_ref() => Ok(End::Old),
+                () => Err(format!("the target is neither old nor new: {}", verdict.json)),
+            };
+        }
+        let kept = match &expected.old_digest {
+            Some(old) => digest == *old && verdict.only_unfinished(),
+            None => verdict.says_empty_or_unfinished(),
+        };
+        if operation.resumes && kept {
+            return Ok(End::Unfinished);
+        }
+        Err(format!("the target is not valid: {}", verdict.json))
+    }
+
+    /// What an operation only reads is as it was.
+    fn judge_inputs(&self, operation: &Operation) -> Result<(), String> {
+        for (name, file) in operation.before.iter().filter(|(name, _)| **name != TARGET) {
+            if std::fs::read(self.work.join(name)).unwrap() != std::fs::read(file).unwrap() {
+                return Err(format!("{name} was changed"));
+            }
+        }
+        Ok(())
+    }
+
+    /// All is as after an undisturbed run.
+    fn judge_end(&self, operation: &Operation, expected: &Undisturbed) -> Result<(), String> {
+        let verdict = self.verify(operation);
+        if !verdict.good || verdict.digest() != expected.digest {
+            return Err(format!("another result: {}", verdict.json));
+        }
+        self.judge_bytes(expected)?;
+        let names = self.names();
+        if names == expected.names { Ok(()) } else { Err(format!("left are {names:?}")) }
+    }
+
+    fn judge_bytes(&self, expected: &Undisturbed) -> Result<(), String> {
+        let other = expected.bytes.as_ref().is_some_and(|bytes| std::fs::read(self.target()).unwrap() != *bytes);
+        if other { Err("the target has other bytes".into()) } else { Ok(()) }
+    }
+
+    /// What a fresh process says of the target; of a patch, which has no such command, its bytes' digest.
+    fn verify(&self, operation: &Operation) -> Verdict {
+        if operation.makes_patch {
+            let digest = blake3::hash(&std::fs::read(self.target()).unwrap()).to_hex().to_string();
+            return Verdict { good: true, json: serde_json::json!({"digest": digest}) };
+        }
+        let output = self.command(&["verify".into(), "--every-tile".into(), self.target().into()]).output().unwrap();
+        let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+        let json = lines.lines().last().and_then(|line| serde_json::from_str(line).ok()).unwrap_or_default();
+        Verdict { good: output.status.success(), json }
+    }
+
+    /// What stands in the work folder, by name.
+    pub fn content(&self) -> BTreeMap<OsString, Vec<u8>> {
+        self.names().into_iter().map(|name| (name.clone(), std::fs::read(self.work.join(name)).unwrap())).collect()
+    }
+
+    fn target(&self) -> PathBuf {
+        self.work.join(TARGET)
+    }
+
+    fn names(&self) -> Vec<OsString> {
+        let mut names: Vec<_> = std::fs::read_dir(&self.work).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Verdict {
+    fn digest(&self) -> String {
+        self.json["digest"].as_str().unwrap_or_default().to_owned()
+    }
+
+    /// Nothing is wrong but that layers say they are unfinished.
+    fn only_unfinished(&self) -> bool {
+        let problems = self.json["problems"].as_array().cloned().unwrap_or_default();
+        let unfinished = |p: &serde_json::Value| p.as_str().is_some_and(|p| p.contains("unfinished build"));
+        !problems.is_empty()
+            && problems.iter().all(unfinished)
+            && self.json["bad_tiles"].as_array().is_some_and(Vec::is_empty)
+    }
+
+    fn says_empty_or_unfinished(&self) -> bool {
+        matches!(self.json["error"].as_str(), Some("unfinished_build" | "empty_store"))
+    }
+}
+
+/// What a program said.
+pub fn text(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout))
+}

@@ -1,0 +1,62 @@
+//! `Tally`: many faults on an operation, and what came of them.
+
+use super::bench::{Bench, End, Undisturbed};
+use super::operation::Operation;
+use super::shim::{Fault, Kind};
+use std::collections::BTreeMap;
+
+/// What came of faults of one kind on one operation.
+#[derive(Debug, Default)]
+pub struct Tally {
+    /// Calls that could meet the fault.
+    pub points: u64,
+    /// Faults that came.
+    pub tried: u64,
+    /// Faults that were due after the run's end: how many calls there are varies a little from run to run.
+    pub late: u64,
+    /// What stood at the target then.
+    pub ends: BTreeMap<End, u64>,
+    /// What is wrong with the program.
+    pub failures: Vec<String>,
+}
+
+impl Tally {
+    /// At most `most` faults of a kind, evenly over all points where there are more.
+    pub fn of(bench: &Bench, operation: &Operation, expected: &Undisturbed, kind: Kind, most: u64, seed: u64) -> Self {
+        let points = kind.points(&expected.counts);
+        assert!(points > 0, "{}: no call can meet {kind:?}; does something go around the layer?", operation.name);
+        let mut tally = Self { points, ..Self::default() };
+        for at in spread(points, most, seed) {
+            match bench.endure(operation, expected, Fault { kind, at }) {
+                Ok((end, true)) => {
+                    tally.tried += 1;
+                    *tally.ends.entry(end).or_default() += 1;
+                }
+                Ok((_, false)) => tally.late += 1,
+                Err(failure) => {
+                    tally.tried += 1;
+                    tally.failures.push(failure);
+                }
+            }
+        }
+        tally
+    }
+
+    /// How often the target ended so.
+    pub fn ended(&self, end: End) -> u64 {
+        self.ends.get(&end).copied().unwrap_or(0)
+    }
+}
+
+/// At most `most` of `1..=points`: the last few, where a target gets its name, and the others evenly from a place that `seed`
+/// chooses.
+pub fn spread(points: u64, most: u64, seed: u64) -> Vec<u64> {
+    if most >= points {
+        return (1..=points).collect();
+    }
+    let last = (most / 3).min(3);
+    let step = (points - last) as f64 / (most - last) as f64;
+    let start = (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / f64::from(1 << 24);
+    let evenly = (0..most - last).map(|i| ((i as f64 + start) * step) as u64 + 1);
+    evenly.chain(points - last + 1..=points).collect()
+}
