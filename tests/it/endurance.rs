@@ -310,7 +310,8 @@ fn no_call_of_a_session_writes() {
     while serving.lives() {
         std::thread::sleep(Duration::from_millis(20));
     }
-    let ended = format!("{pid} +++ exited with 0 +++");
+    // The number stands in a column of five.
+    let ended = format!("{pid:<5} +++ exited with 0 +++");
     let mut traced = String::new();
     // The tracer writes its last line a moment after.
     for _ in 0..1_500 {
