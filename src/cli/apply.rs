@@ -1,5 +1,6 @@
 //! `overfly apply`: the new store from the old one and a patch.
 
+use super::verify::today;
 use super::{Exit, Failure, Output};
 use overfly::package::{Applied, ApplyRequest, PublicKey, apply};
 use std::path::PathBuf;
@@ -38,7 +39,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let key = args.key.as_deref().map(PublicKey::read).transpose()?;
     let out = args.out.as_ref().unwrap_or(&args.store);
-    let request = ApplyRequest { store: &args.store, patch: &args.patch, out, key: key.as_ref() };
+    let request = ApplyRequest { store: &args.store, patch: &args.patch, out, key: key.as_ref(), today: today() };
     let applied = output.during("tiles", |tell| apply(&request, tell))?;
     output.say(&applied, || text(&request, &applied));
     Ok(Exit::Done)

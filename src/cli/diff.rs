@@ -53,7 +53,10 @@ fn text(args: &Args, found: &Difference) -> String {
         (Some(out), Some(bytes)) => {
             format!("{}: {bytes} bytes, where the new store takes {}", out.display(), found.result_bytes)
         }
-        _ if found.base == found.result => "the stores hold the same".to_owned(),
+        _ if found.base == found.result && found.other_manifest => {
+            "the stores hold the same tiles; the manifest (route, last day, who signed) is another, or one is not exported".to_owned()
+        }
+        _ if found.base == found.result => "the stores state the same; whether all of it is intact says `overfly verify`".to_owned(),
         _ => format!("digest {} became {}", found.base, found.result),
     });
     text

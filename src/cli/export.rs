@@ -87,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.dry_run {
         let preview = preview(&store, &request)?;
         steps(&preview.coverage, output);
-        output.say(&Previewed { dry_run: true, preview: &preview }, || previewed(&preview));
+        output.say(&Previewed { dry_run: true, preview: &preview }, || previewed(args, &preview));
         return Ok(Exit::Done);
     }
     let exported = output.during("tiles", |tell| export(&store, &request, &args.out, tell))?;
@@ -161,9 +161,12 @@ fn coverage_text(coverage: &[Coverage]) -> String {
     coverage.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-fn previewed(preview: &Preview) -> String {
+fn previewed(args: &Args, preview: &Preview) -> String {
+    let allowed = args.max_bytes.filter(|most| preview.bytes > *most).map_or(String::new(), |most| {
+        format!("that is more than the {most} allowed: the export drops what is needed least, and says what\n")
+    });
     format!(
-        "{}{} bytes; footprints, indexes and pages filled in part come to it, about half a megabyte and 10 kB a tile\n\
+        "{}{} bytes; footprints, indexes and pages filled in part come to it, about half a megabyte and 10 kB a tile\n{allowed}\
          the corridor is up to {:.0} m wide on each side\n{}",
         table(&preview.parts),
         preview.bytes,

@@ -1,6 +1,7 @@
 //! `overfly info`: what is in a store.
 
 use super::{Exit, Failure, Output};
+use overfly::package::Manifest;
 use overfly::store::{Layer, Reader, Source, StoreError, hex};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -21,6 +22,42 @@ struct Info<'a> {
     tiles: u64,
     bytes: u64,
     layers: Vec<LayerInfo<'a>>,
+    /// Of an exported store, what its manifest states; nothing of it is proved here.
+    exported: Option<ExportInfo>,
+}
+
+#[derive(Serialize)]
+struct ExportInfo {
+    cut_from: String,
+    corridor_m: f64,
+    valid_until: Option<String>,
+    signed_by: Option<String>,
+    dropped: Vec<String>,
+}
+
+impl ExportInfo {
+    fn of(manifest: Manifest) -> Self {
+        Self {
+            cut_from: manifest.cut_from,
+            corridor_m: manifest.route.corridor_m,
+            valid_until: manifest.valid_until,
+            signed_by: manifest.signed_by,
+            dropped: manifest.dropped.into_iter().map(|d| d.what).collect(),
+        }
+    }
+
+    fn describe(&self) -> String {
+        let or = |value: &Option<String>, none: &str| value.clone().unwrap_or(none.into());
+        let mut text = format!(
+            "exported from {}, corridor {} m\n  valid until {}, signed by {} (as it says; `overfly verify --key` proves it)\n",
+            self.cut_from,
+            self.corridor_m,
+            or(&self.valid_until, "any day"),
+            or(&self.signed_by, "nobody")
+        );
+        self.dropped.iter().for_each(|what| text.push_str(&format!("  without {what}\n")));
+        text
+    }
 }
 
 #[derive(Serialize)]
@@ -60,6 +97,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         tiles: reader.layers().iter().map(|l| l.tiles).sum(),
         bytes: reader.bytes(),
         layers,
+        exported: reader.manifest().and_then(|text| Manifest::from_text(text).ok()).map(ExportInfo::of),
     };
     output.say(&info, || describe(&info));
     Ok(Exit::Done)
@@ -87,6 +125,7 @@ fn describe(info: &Info<'_>) -> String {
         info.descriptor_contract,
         info.digest,
     );
+    text.push_str(&info.exported.as_ref().map(ExportInfo::describe).unwrap_or_default());
     for LayerInfo { layer, sources } in &info.layers {
         let [west, south, east, north] = layer.bounds_deg;
         if !layer.complete {

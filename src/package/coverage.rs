@@ -66,7 +66,7 @@ pub fn coverage(store: &Reader, layer: &Layer, request: &ExportRequest) -> Resul
                 latitude_deg: point.position.latitude_deg(),
                 longitude_deg: point.position.longitude_deg(),
                 half_width_m: half_m,
-                covered: covered(store, layer, &point, half_m, step_m)?,
+                covered: covered(store, layer, &point, half_m, step_m.min(2.0 * half_m))?,
             });
         }
     }

@@ -4,7 +4,7 @@ use super::Date;
 use crate::coupling::CouplingError;
 use crate::plan::PlanError;
 use crate::region::RegionError;
-use crate::store::{StoreError, is_same_file};
+use crate::store::StoreError;
 use std::path::{Path, PathBuf};
 
 /// Why nothing can be exported, signed, or flown.
@@ -53,12 +53,6 @@ pub enum PackageError {
         least: u64,
         /// What was asked.
         most: u64,
-    },
-    /// The result would replace what it is made from.
-    #[error("{path}: is what the result is made from: choose another place", path = path.display())]
-    SameFile {
-        /// Both.
-        path: PathBuf,
     },
     /// A key is never overwritten.
     #[error("{path}: exists, and a key is never overwritten: choose another name", path = path.display())]
@@ -186,7 +180,6 @@ impl PackageError {
             Self::CorridorWidth { .. } => "corridor_width",
             Self::NothingInCorridor { .. } => "no_tile_in_corridor",
             Self::TooLarge { .. } => "too_large",
-            Self::SameFile { .. } => "same_file",
             Self::KeyExists { .. } => "key_exists",
             Self::NotAKey { .. } => "not_a_key",
             Self::Unsigned { .. } => "unsigned_store",
@@ -211,11 +204,6 @@ impl PackageError {
             Self::Io { .. } | Self::Randomness { .. } => false,
             _ => true,
         }
-    }
-
-    /// Refuses to write to what is read meanwhile.
-    pub(super) fn refuse_same_file(read: &Path, out: &Path) -> Result<(), Self> {
-        if is_same_file(read, out) { Err(Self::SameFile { path: out.into() }) } else { Ok(()) }
     }
 
     /// Names what the system reports about `path`, in the store's words where it has any.

@@ -7,7 +7,7 @@ use super::sealed_file::write_seal;
 use super::selection::select;
 use super::shedding::shed;
 use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN};
-use crate::store::{Extract, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
+use crate::store::{Extract, Kind, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
 use serde::Serialize;
 use std::path::Path;
 
@@ -92,10 +92,9 @@ pub fn export(
     out: &Path,
     progress: &dyn Fn(u64, u64),
 ) -> Result<Exported, PackageError> {
-    PackageError::refuse_same_file(store.path(), out)?;
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let mut chosen = select(store, request, &corridor)?;
-    let outlet = Outlet::at(out)?;
+    let outlet = Outlet::at(out, Kind::Store, &[store.path()])?;
     let writing = Writing { store, request, corridor: &corridor, outlet: &outlet, progress };
     let (manifest, dropped) = writing.fitted(&mut chosen)?;
     let seal = write_seal(outlet.beside(), &manifest.to_text(), request.key.as_ref())?;
@@ -130,16 +129,19 @@ impl Writing<'_> {
         loop {
             // What imagery will take that is encoded anew nobody knows before.
             let known = |p: &Part| if chosen.iter().any(|c| c.jpeg_quality.is_some()) { p.rest() } else { p.content() };
-            let mut least = parts_of(self.store, chosen)?.iter().map(known).sum();
+            let least: u64 = parts_of(self.store, chosen)?.iter().map(known).sum();
             if least <= most {
                 let manifest = self.write(chosen, &dropped)?;
-                least = size_of(self.outlet.beside())?;
-                if least <= most {
+                if size_of(self.outlet.beside())? <= most {
                     return Ok((manifest, dropped));
                 }
             }
-            let one = shed(chosen, self.store.layers());
-            dropped.push(one.ok_or(PackageError::TooLarge { least, most })?);
+            let Some(one) = shed(chosen, self.store.layers()) else {
+                // What it takes at least is known once it is written.
+                self.write(chosen, &dropped)?;
+                return Err(PackageError::TooLarge { least: size_of(self.outlet.beside())?, most });
+            };
+            dropped.push(one);
         }
     }
 

@@ -139,7 +139,11 @@ pub fn generate(path: &Path) -> Result<(PathBuf, PublicKey), PackageError> {
 /// Writes a file that is not there yet, and syncs it.
 fn create(path: &Path, mode: u32, text: &str) -> Result<(), PackageError> {
     let opened = OpenOptions::new().write(true).create_new(true).mode(mode).open(path);
-    let outcome = opened.and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()));
+    let outcome = opened.and_then(|mut file| {
+        let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+        // A key cut short is none, and would be in the way of the next.
+        written.inspect_err(|_| drop(std::fs::remove_file(path)))
+    });
     outcome.map_err(|cause| match cause.kind() {
         std::io::ErrorKind::AlreadyExists => PackageError::KeyExists { path: path.into() },
         std::io::ErrorKind::NotFound => PackageError::Store(crate::store::StoreError::NoFolder { path: path.into() }),

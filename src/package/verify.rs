@@ -62,6 +62,10 @@ pub fn verify_package(
     how: &Verify<'_>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<PackageVerification, PackageError> {
+    let metadata = std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?;
+    if !metadata.is_file() {
+        return Err(StoreError::NotAStore { path: path.into(), found: "no regular file".into() }.into());
+    }
     let opened = Reader::open(path);
     let whole = Whole::of(path, progress)?;
     let reader = match opened {

@@ -1,6 +1,7 @@
 //! `Aircraft`: what `aircraft.toml` says, checked; and the reading of a calibration.
 
 use super::PlanError;
+use super::text_file::read_text;
 use crate::camera::Intrinsics;
 use crate::coupling::{Calibration, CouplingError, CouplingParameters, DriftGrowth, ground_extent_m};
 use serde::Deserialize;
@@ -93,7 +94,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, PlanError> {
 }
 
 fn read_toml<T: DeserializeOwned>(path: &Path, refuse: impl Fn(String) -> PlanError) -> Result<T, PlanError> {
-    let text = std::fs::read_to_string(path).map_err(|cause| PlanError::Unreadable { path: path.into(), cause })?;
+    let text = read_text(path).map_err(|cause| PlanError::Unreadable { path: path.into(), cause })?;
     toml::from_str(&text).map_err(|e| refuse(e.to_string().trim().replace('\n', " ")))
 }
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// A file cannot be read.
-    #[error("{path}: {cause}")]
+    #[error("{path}: cannot be read: {cause}; is the name right?")]
     Unreadable {
         /// Which file.
         path: PathBuf,

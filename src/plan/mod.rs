@@ -7,6 +7,7 @@ mod forecast;
 mod matchability;
 mod route;
 mod sensitivity;
+mod text_file;
 
 pub use aircraft::{Aircraft, read_aircraft, read_calibration};
 pub use error::PlanError;

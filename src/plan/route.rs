@@ -4,6 +4,7 @@ mod geojson;
 mod xml;
 
 use super::PlanError;
+use super::text_file::read_text;
 use crate::geodesy::{Geodesic, Geodetic, destination, geodesic_between};
 use std::path::Path;
 
@@ -27,8 +28,6 @@ pub struct RoutePoint {
 /// The most points that a route is looked at in.
 const MOST_POINTS: f64 = 200_000.0;
 
-/// The largest route file, bytes.
-const MOST_BYTES: u64 = 64 << 20;
 /// Legs whose ends are nearer than this are one after the other, metres.
 const JOINED_M: f64 = 1.0;
 
@@ -54,13 +53,7 @@ pub fn read_route(path: &Path) -> Result<Route, PlanError> {
 /// [`PlanError::Unreadable`], [`PlanError::NotARoute`].
 pub fn read_routes(path: &Path) -> Result<Vec<Route>, PlanError> {
     let refuse = |reason: String| PlanError::NotARoute { path: path.into(), reason };
-    let unreadable = |cause| PlanError::Unreadable { path: path.into(), cause };
-    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-    if bytes > MOST_BYTES {
-        return Err(refuse(format!("{bytes} bytes, at most {MOST_BYTES} are read")));
-    }
-    let text = std::fs::read(path).map_err(unreadable)?;
-    let text = String::from_utf8(text).map_err(|_| refuse("it is not text in UTF-8".into()))?;
+    let text = read_text(path).map_err(|cause| PlanError::Unreadable { path: path.into(), cause })?;
     Route::all_from_text(&text).map_err(refuse)
 }
 

@@ -214,6 +214,8 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::Encode { .. }
         | StoreError::Io { .. }
         | StoreError::NoFolder { .. }
+        | StoreError::InTheWay { .. }
+        | StoreError::SameFile { .. }
         | StoreError::Sealed { .. }
         | StoreError::Sqlite { .. } => StatusCode::INTERNAL_SERVER_ERROR,
     }

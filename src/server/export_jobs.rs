@@ -3,7 +3,7 @@
 use super::error::ServerError;
 use super::exports::{ExportParameters, ExportProgress};
 use crate::package::{ExportRequest, Exported, PackageError, export};
-use crate::store::Reader;
+use crate::store::{Reader, StoreError};
 use axum::http::StatusCode;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -67,7 +67,7 @@ impl ExportJobs {
     ) -> Result<ExportProgress, ServerError> {
         let id = id_of(store.digest(), parameters);
         let mut jobs = self.lock();
-        jobs.retain(|job| job.id != id || !job.has_failed());
+        jobs.retain(|job| job.id != id || !job.is_lost());
         if let Some(job) = jobs.iter().find(|job| job.id == id) {
             return Ok(job.progress());
         }
@@ -78,6 +78,8 @@ impl ExportJobs {
             // Whoever reads it still has it open; the name is free.
             let _ = std::fs::remove_file(&jobs.remove(0).path);
         }
+        // Whoever clears temporary files may have taken the folder away.
+        std::fs::create_dir_all(self.folder.path()).map_err(|e| StoreError::io(self.folder.path(), e))?;
         let path = self.folder.path().join(format!("{id}.gpkg"));
         let (done, total, outcome) = (AtomicU64::new(0), AtomicU64::new(0), OnceLock::new());
         let job = Arc::new(Job { id, path, done, total, outcome });
@@ -92,7 +94,8 @@ impl ExportJobs {
     /// # Errors
     /// [`ServerError::NoExport`], or why it failed.
     pub(super) fn find(&self, id: &str) -> Result<Found, ServerError> {
-        let jobs = self.lock();
+        let mut jobs = self.lock();
+        jobs.retain(|job| !matches!(job.outcome.get(), Some(Ok(_))) || job.path.exists());
         let job = jobs.iter().find(|job| job.id == id).ok_or(ServerError::NoExport)?;
         match job.outcome.get() {
             None => Ok(Found::UnderWay(job.progress())),
@@ -120,8 +123,9 @@ impl Job {
         let _ = self.outcome.set(outcome);
     }
 
-    fn has_failed(&self) -> bool {
-        matches!(self.outcome.get(), Some(Err(_)))
+    /// Whether it failed, or somebody took its file away.
+    fn is_lost(&self) -> bool {
+        self.outcome.get().is_some_and(|outcome| outcome.is_err() || !self.path.exists())
     }
 
     fn progress(&self) -> ExportProgress {

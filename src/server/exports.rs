@@ -5,13 +5,15 @@ use super::export_jobs::{ExportJobs, Found};
 use super::form::FormError;
 use super::problem::Problem;
 use super::query::NoQuery;
+use super::range::Asked;
 use super::state::ServiceState;
+use super::tiles::unchanged;
 use crate::package::{Date, ExportRequest};
 use crate::plan::Route;
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, PathRejection};
 use axum::extract::{Path, Request, State};
-use axum::http::header::{CONTENT_DISPOSITION, ETAG, LOCATION};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -38,6 +40,7 @@ pub struct ExportParameters {
     /// Most bytes of the file.
     pub max_bytes: Option<u64>,
     /// The JPEG quality, 1 to 100, to encode imagery with anew.
+    #[schema(minimum = 1, maximum = 100)]
     pub jpeg_quality: Option<u8>,
     /// The last day on which it may be flown, YYYY-MM-DD.
     pub valid_until: Option<String>,
@@ -143,16 +146,42 @@ fn jobs(state: &ServiceState) -> Result<&ExportJobs, ServerError> {
     state.exports.as_deref().ok_or(ServerError::NoRoute)
 }
 
-async fn file(path: &FilePath, id: &str, file_digest: &str, request: Request) -> Result<Response, ServerError> {
+async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request) -> Result<Response, ServerError> {
+    let etag = format!("\"{file_digest}\"");
+    if unchanged(request.headers(), &etag) {
+        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, etag)]).into_response());
+    }
+    let failed = |e| crate::store::StoreError::io(path, e);
+    let len = tokio::fs::metadata(path).await.map_err(failed)?.len();
+    let headers = request.headers_mut();
+    // What was begun of another file is not gone on with (RFC 9110, 13.1.5).
+    let same = headers.get(IF_RANGE).is_none_or(|begun| *begun == etag.as_str());
+    let range = headers.get(RANGE).filter(|_| same).and_then(|range| range.to_str().ok());
+    let asked = Asked::of(range, len);
+    // What is asked is decided here; the rest of the headers shall not decide it otherwise.
+    headers.clear();
+    match asked {
+        Asked::Beyond => return Ok(beyond(len)),
+        Asked::Whole => {}
+        Asked::Part(first, last) => {
+            headers.insert(RANGE, HeaderValue::from_str(&format!("bytes={first}-{last}")).expect("digits"));
+        }
+    }
     let mime = GEOPACKAGE.parse().expect("a media type");
-    let served = ServeFile::new_with_mime(path, &mime).try_call(request).await;
-    let mut response = served.map_err(|e| crate::store::StoreError::io(path, e))?.into_response();
+    let mut response = ServeFile::new_with_mime(path, &mime).try_call(request).await.map_err(failed)?.into_response();
     let short = id.get(..12).unwrap_or(id);
-    for (name, value) in [
-        (ETAG, format!("\"{file_digest}\"")),
-        (CONTENT_DISPOSITION, format!("attachment; filename=\"overfly-{short}.gpkg\"")),
-    ] {
-        response.headers_mut().insert(name, HeaderValue::from_str(&value).expect("digits and letters"));
+    let name = format!("attachment; filename=\"overfly-{short}.gpkg\"");
+    for (header, value) in [(ETAG, etag), (CONTENT_DISPOSITION, name)] {
+        response.headers_mut().insert(header, HeaderValue::from_str(&value).expect("digits and letters"));
     }
     Ok(response)
+}
+
+fn beyond(len: u64) -> Response {
+    let detail = format!("the file ends at byte {len}");
+    let problem = Problem::new(StatusCode::RANGE_NOT_SATISFIABLE, "range_not_satisfiable", detail, None);
+    let place = HeaderValue::from_str(&format!("bytes */{len}")).expect("digits");
+    let mut response = problem.into_response();
+    response.headers_mut().insert(CONTENT_RANGE, place);
+    response
 }

@@ -27,6 +27,7 @@ mod operations;
 mod page;
 mod problem;
 mod query;
+mod range;
 mod router;
 mod state;
 mod supervisor;

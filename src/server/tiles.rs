@@ -203,7 +203,7 @@ fn etag(hash: &str) -> String {
 }
 
 /// Whether `If-None-Match` holds the tag (weak comparison, RFC 9110 section 13.1.2).
-fn unchanged(headers: &HeaderMap, tag: &str) -> bool {
+pub(super) fn unchanged(headers: &HeaderMap, tag: &str) -> bool {
     let given = headers.get_all(IF_NONE_MATCH).iter().filter_map(|v| v.to_str().ok());
     given.flat_map(|v| v.split(',')).map(str::trim).any(|v| v == "*" || v.strip_prefix("W/").unwrap_or(v) == tag)
 }

@@ -187,6 +187,20 @@ pub enum StoreError {
         /// What the encoder says.
         reason: String,
     },
+    /// What would be replaced is not what is written.
+    #[error("{path}: {found} stands there, and is not overwritten: choose another name, or remove it", path = path.display())]
+    InTheWay {
+        /// The place.
+        path: PathBuf,
+        /// What.
+        found: String,
+    },
+    /// The result would replace what it is made from.
+    #[error("{path}: writing there would replace what the result is made from: choose another place", path = path.display())]
+    SameFile {
+        /// The place.
+        path: PathBuf,
+    },
     /// Another run writes to the same place.
     #[error("{path}: another run of overfly is writing this file: wait for it", path = path.display())]
     Occupied {
@@ -234,6 +248,8 @@ impl StoreError {
             Self::Busy { .. } => "store_busy",
             Self::Superseded { .. } => "superseded",
             Self::Occupied { .. } => "export_under_way",
+            Self::InTheWay { .. } => "in_the_way",
+            Self::SameFile { .. } => "same_file",
             Self::Sealed { .. } => "sealed_store",
             Self::Changed { .. } => "store_changed",
             Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
@@ -269,6 +285,8 @@ impl StoreError {
             | Self::LayerName { .. }
             | Self::Denied { .. }
             | Self::NoFolder { .. }
+            | Self::InTheWay { .. }
+            | Self::SameFile { .. }
             | Self::Sealed { .. }
             | Self::Damaged { .. }
             | Self::DamagedTile { .. } => true,

@@ -45,7 +45,7 @@ pub use keep::Keep;
 pub use layer::{Layer, check_name};
 pub use level::LevelDigests;
 pub use migration::FORMAT_VERSION;
-pub use outlet::{Outlet, is_same_file, size_of};
+pub use outlet::{Kind, Outlet, PATCH_MAGIC, size_of};
 pub use reader::Reader;
 pub use source::Source;
 pub use stored_tile::{StoredTile, TileSizes};

@@ -4,7 +4,7 @@ use crate::drawn::drawn_store;
 use crate::export::{drawn_request, export_to};
 use axum::Router;
 use axum::body::{Body, to_bytes};
-use axum::http::header::{CONTENT_RANGE, CONTENT_TYPE, ETAG, LOCATION, RANGE};
+use axum::http::header::{CONTENT_RANGE, CONTENT_TYPE, ETAG, HeaderName, IF_NONE_MATCH, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderMap, Request, StatusCode};
 use overfly::server::{Limits, Service, ServiceState, router};
 use overfly::store::Reader;
@@ -99,6 +99,17 @@ fn the_file_is_that_of_the_command_and_comes_in_ranges() {
         assert_eq!(part.headers[CONTENT_RANGE], format!("bytes {from}-{}/{len}", to - 1));
     }
     assert_eq!(get(&app, &place, Some(&format!("bytes={len}-"))).status, StatusCode::RANGE_NOT_SATISFIABLE);
+    let beyond = get(&app, &place, Some(&format!("bytes={len}-")));
+    assert_eq!(beyond.headers[CONTENT_RANGE], format!("bytes */{len}"));
+    // A range of another file than the one begun is the whole; one seen before is not sent again.
+    let with = |name: HeaderName, value: String| {
+        let request = Request::get(&place).header(RANGE, "bytes=0-5").header(name, value);
+        send(&app, request.body(Body::empty()).unwrap())
+    };
+    let etag = format!("\"{}\"", exported.file_digest);
+    assert_eq!(with(IF_RANGE, etag.clone()).body.len(), 6);
+    assert_eq!(with(IF_RANGE, "\"another\"".into()).body.len(), len);
+    assert_eq!(with(IF_NONE_MATCH, etag).status, StatusCode::NOT_MODIFIED);
     // Asked for again it is there already.
     let again = post(&app, &asked);
     assert_eq!((again.status, &again.headers[LOCATION]), (StatusCode::OK, &place.parse().unwrap()));

@@ -2,6 +2,7 @@
 
 use crate::drawn::{drawn_store, project};
 use crate::export::{drawn_request, export_to};
+use crate::injury::a_day;
 use overfly::build::{self, Request};
 use overfly::package::{
     ApplyRequest, Difference, ExportRequest, PackageError, PatchHeader, PublicKey, SecretKey, apply, diff, generate,
@@ -30,7 +31,7 @@ fn patch(old: &Reader, new: &Reader, out: &Path) -> Difference {
 
 /// Applies a patch in place.
 fn applied(store: &Path, patch: &Path, key: Option<&PublicKey>) -> Result<bool, PackageError> {
-    apply(&ApplyRequest { store, patch, out: store, key }, &|_, _| ()).map(|a| a.changed)
+    apply(&ApplyRequest { store, patch, out: store, key, today: a_day() }, &|_, _| ()).map(|a| a.changed)
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -122,7 +123,16 @@ fn makes_an_exported_store_byte_for_byte_and_proves_who_signed() {
     patch(&Reader::open(&old).unwrap(), &Reader::open(&new).unwrap(), &again);
     assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(&patch_file).unwrap());
     assert!(applied(&old, &patch_file, Some(&keys[0])).unwrap());
-    assert_eq!(std::fs::read(&old).unwrap(), std::fs::read(&new).unwrap());
+    let whole = std::fs::read(&new).unwrap();
+    assert!(std::fs::read(&old).unwrap() == whole, "other bytes");
+    // Once more nothing changes; nor is it called done where a byte went bad since, in a tile or in the seal.
+    assert!(!applied(&old, &patch_file, Some(&keys[0])).unwrap());
+    for (at, code) in [(whole.len() / 2, "damaged_store"), (16_330, "altered_seal")] {
+        let mut bad = whole.clone();
+        bad[at] ^= 1;
+        std::fs::write(&old, bad).unwrap();
+        assert_eq!(applied(&old, &patch_file, Some(&keys[0])).unwrap_err().code(), code);
+    }
 }
 
 #[test]
@@ -147,6 +157,13 @@ fn a_patch_on_another_store_is_refused_by_name() {
     let key = PublicKey::read(&public).unwrap();
     assert_eq!(applied(&old, &patch_file, Some(&key)).unwrap_err().code(), "unsigned_store");
     assert_eq!(applied(&old, &new, None).unwrap_err().code(), "not_a_patch");
+    assert_eq!(applied(&old, &folder.path().join("none.patch"), None).unwrap_err().code(), "not_a_patch");
+    // What may not be flown any more is not put on the aircraft.
+    let (late, to_late) = (folder.path().join("late.gpkg"), folder.path().join("late.patch"));
+    let until = ExportRequest { valid_until: Some("2020-01-01".parse().unwrap()), ..drawn_request() };
+    export_to(drawn_store(), &until, &late);
+    patch(&Reader::open(&old).unwrap(), &Reader::open(&late).unwrap(), &to_late);
+    assert_eq!(applied(&old, &to_late, None).unwrap_err().code(), "expired_store");
 }
 
 #[test]
@@ -227,11 +244,11 @@ fn what_stands_in_the_way_is_named() {
     let out = folder.path().join("out.gpkg");
     let journal = folder.path().join("out.gpkg-journal");
     std::fs::write(&journal, b"what a killed build left").unwrap();
-    let request = ApplyRequest { store: &old, patch: &patch_file, out: &out, key: None };
+    let request = ApplyRequest { store: &old, patch: &patch_file, out: &out, key: None, today: a_day() };
     assert_eq!(apply(&request, &|_, _| ()).unwrap_err().code(), "side_file");
     assert_eq!(names(folder.path()), ["a.patch", "new.gpkg", "old.gpkg", "out.gpkg-journal"]);
     std::fs::remove_file(&journal).unwrap();
-    let request = ApplyRequest { store: &old, patch: &patch_file, out: &patch_file, key: None };
+    let request = ApplyRequest { store: &old, patch: &patch_file, out: &patch_file, key: None, today: a_day() };
     assert_eq!(apply(&request, &|_, _| ()).unwrap_err().code(), "same_file");
     let same = write_patch(&Reader::open(&old).unwrap(), &Reader::open(&new).unwrap(), &new, &|_, _| ());
     assert_eq!(same.unwrap_err().code(), "same_file");

@@ -17,12 +17,6 @@ pub enum MergeError {
     /// One store or none.
     #[error("merging takes two stores or more")]
     TooFew,
-    /// The result would replace what it is made from.
-    #[error("{path}: is one of the stores that are merged: choose another place", path = path.display())]
-    SameFile {
-        /// Both.
-        path: PathBuf,
-    },
     /// An exported store lacks what a layer is made of.
     #[error("{path}: is an exported store, cut to one flight: merge the stores that were built, and export from the result", path = path.display())]
     Exported {
@@ -74,7 +68,6 @@ impl MergeError {
             Self::Store(error) => error.code(),
             Self::Build(error) => error.code(),
             Self::TooFew => "usage",
-            Self::SameFile { .. } => "same_file",
             Self::Exported { .. } => "sealed_store",
             Self::Zooms { .. } => "other_zoom",
             Self::Declared { .. } => "other_declaration",

@@ -9,7 +9,7 @@ mod union;
 pub use error::MergeError;
 
 use crate::feature::keypoint::CONTRACT;
-use crate::store::{Extract, Outlet, Reader, is_same_file, size_of};
+use crate::store::{Extract, Kind, Outlet, Reader, size_of};
 use serde::Serialize;
 use shard::Shard;
 use std::path::{Path, PathBuf};
@@ -73,7 +73,7 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
     if request.stores.len() < 2 {
         return Err(MergeError::TooFew);
     }
-    let readers = request.stores.iter().map(|path| opened(path, &request.out)).collect::<Result<Vec<_>, _>>()?;
+    let readers = request.stores.iter().map(|path| opened(path)).collect::<Result<Vec<_>, _>>()?;
     let mut names: Vec<&str> = readers.iter().flat_map(Reader::finished_layers).map(|l| l.name.as_str()).collect();
     names.sort_unstable();
     names.dedup();
@@ -84,7 +84,8 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
             Union::of(name, shards, request.conflict)
         })
         .collect::<Result<Vec<_>, MergeError>>()?;
-    let outlet = Outlet::at(&request.out)?;
+    let read: Vec<&Path> = request.stores.iter().map(PathBuf::as_path).collect();
+    let outlet = Outlet::at(&request.out, Kind::Store, &read)?;
     let extract = Extract::begin(&outlet.draft(), CONTRACT)?;
     let total = unions.iter().map(Union::jobs).sum();
     let mut done = 0;
@@ -101,11 +102,8 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
 }
 
 /// A store that may be merged.
-fn opened(path: &Path, out: &Path) -> Result<Reader, MergeError> {
+fn opened(path: &Path) -> Result<Reader, MergeError> {
     let reader = Reader::open(path)?;
-    if is_same_file(path, out) {
-        return Err(MergeError::SameFile { path: out.into() });
-    }
     if reader.manifest().is_some() {
         return Err(MergeError::Exported { path: path.into() });
     }

@@ -6,8 +6,8 @@ use super::patch_file::{self, FileRecords, refused};
 use super::record::{InputsRecord, Malformed, Part, PutTile, TileRecord};
 use crate::package::onboard::{agrees, prove};
 use crate::package::sealed_file::{file_is_sealed_by, put_seal, read_seal};
-use crate::package::{Manifest, PackageError, PublicKey, SEAL_LEN, Seal};
-use crate::store::{Extract, Outlet, Reader, StoredTile, content_hash, media_type, size_of};
+use crate::package::{Date, Manifest, PackageError, PublicKey, SEAL_LEN, Seal};
+use crate::store::{Extract, Kind, Outlet, Reader, StoreError, StoredTile, content_hash, media_type, size_of};
 use serde::Serialize;
 use std::path::Path;
 
@@ -22,6 +22,8 @@ pub struct ApplyRequest<'a> {
     pub out: &'a Path,
     /// Who must have signed the new store.
     pub key: Option<&'a PublicKey>,
+    /// The day on which the new store shall be valid.
+    pub today: Date,
 }
 
 /// What was done.
@@ -49,7 +51,6 @@ pub struct Applied {
 /// [`PackageError::NotAPatch`], [`PackageError::AlteredPatch`], [`PackageError::WrongBase`], [`PackageError::OtherResult`];
 /// signature and manifest as [`super::super::open_onboard`]; a damaged tile of the old store; a full disk.
 pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Applied, PackageError> {
-    PackageError::refuse_same_file(request.patch, request.out)?;
     let (header, records) = patch_file::open(request.patch)?;
     let sealed = stated_seal(&header, request)?;
     let signed_by = sealed.as_ref().and_then(|(manifest, _)| manifest.signed_by.clone());
@@ -67,7 +68,8 @@ pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<
         });
     }
     check_base(&base, &header, request.store)?;
-    let outlet = Outlet::at(request.out)?;
+    let read = if request.store == request.out { &[request.patch][..] } else { &[request.patch, request.store] };
+    let outlet = Outlet::at(request.out, Kind::Store, read)?;
     let extract = Extract::begin(&outlet.draft(), base.descriptor_contract())?;
     let mut making = Making { base: &base, extract: &extract, request, progress, kept: 0, patched: 0 };
     making.layers(&header, records)?;
@@ -93,15 +95,36 @@ fn stated_seal(header: &PatchHeader, request: &ApplyRequest<'_>) -> Result<Optio
         None => Ok(None),
         Some(sealed) => {
             let seal = sealed.seal().ok_or_else(|| malformed(request, "its seal is none"))?;
-            Ok(Some((prove(request.patch, &sealed.manifest, &seal, request.key)?, seal)))
+            let manifest = prove(request.patch, &sealed.manifest, &seal, request.key)?;
+            if let Some(valid_until) = manifest.valid_until().filter(|last| *last < request.today) {
+                return Err(PackageError::Expired { path: request.patch.into(), valid_until, today: request.today });
+            }
+            Ok(Some((manifest, seal)))
         }
     }
 }
 
-/// Whether a store is what the patch makes already.
+/// Whether a store is what the patch makes already: of an exported one every byte.
+///
+/// # Errors
+/// Where it states that it is, and is not.
 fn is_result(store: &Reader, header: &PatchHeader, seal: Option<&Seal>) -> Result<bool, PackageError> {
-    let found = read_seal(store.path())?.map(|(seal, _)| seal);
-    Ok(store.digest() == header.result && found.as_ref() == seal)
+    let path = store.path();
+    if store.digest() != header.result || header.result == header.base {
+        return Ok(store.digest() == header.result && seal.is_some_and(|s| file_is_sealed_by(path, s).unwrap_or(false)));
+    }
+    match (seal, read_seal(path)?.map(|(seal, _)| seal)) {
+        (None, None) => Ok(true),
+        (Some(stated), Some(found)) if *stated == found => {
+            let reason = "it is what the patch makes, and not all of it has the digest that its seal states".into();
+            let damaged = || StoreError::Damaged { path: path.into(), reason };
+            if file_is_sealed_by(path, stated)? { Ok(true) } else { Err(damaged().into()) }
+        }
+        _ => {
+            let reason = "it holds what the patch makes, and its seal is another".into();
+            Err(PackageError::AlteredSeal { path: path.into(), reason })
+        }
+    }
 }
 
 fn base_tiles(store: &Reader) -> u64 {

@@ -6,7 +6,7 @@ use super::patch_file;
 use super::record::{InputsRecord, Part, PutTile, TileRecord, write_end};
 use crate::package::PackageError;
 use crate::package::sealed_file::read_seal;
-use crate::store::{Draft, Layer, LayerHead, Outlet, Reader, StoreError, StoredTile, size_of};
+use crate::store::{Draft, Kind, Layer, LayerHead, Outlet, Reader, StoreError, StoredTile, size_of};
 use crate::tile::TileId;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -38,6 +38,8 @@ pub struct Difference {
     pub result: String,
     /// By layer, of either store.
     pub layers: Vec<LayerDifference>,
+    /// Whether what the stores say of themselves differs: of exported ones route, last day, who signed; or one is exported.
+    pub other_manifest: bool,
     /// Size of the patch, where one was written.
     pub patch_bytes: Option<u64>,
     /// Size of the new store.
@@ -68,7 +70,8 @@ pub fn diff(old: &Reader, new: &Reader) -> Result<Difference, PackageError> {
         layers.push(LayerDifference { layer: name.into(), added, changed, removed, same });
     }
     let (base, result) = (old.digest().to_owned(), new.digest().to_owned());
-    Ok(Difference { base, result, layers, patch_bytes: None, result_bytes: new.bytes() })
+    let other_manifest = old.manifest() != new.manifest();
+    Ok(Difference { base, result, layers, other_manifest, patch_bytes: None, result_bytes: new.bytes() })
 }
 
 /// Writes the patch that makes `new` of `old` to the file `out`, which comes into being whole or not at all. `progress` is told
@@ -83,11 +86,10 @@ pub fn write_patch(
     progress: &dyn Fn(u64, u64),
 ) -> Result<Difference, PackageError> {
     for store in [old, new] {
-        PackageError::refuse_same_file(store.path(), out)?;
         store.require_settled()?;
     }
+    let outlet = Outlet::at(out, Kind::Patch, &[old.path(), new.path()])?;
     let mut difference = diff(old, new)?;
-    let outlet = Outlet::at(out)?;
     let path = outlet.beside();
     let fail = |e| PackageError::io(path, e);
     let pair = Pair { old, new };

@@ -2,13 +2,11 @@
 
 use super::Malformed;
 use crate::package::{SEAL_LEN, Seal};
-use crate::store::{LayerHead, Source, check_name, hex};
+use crate::store::{LayerHead, PATCH_MAGIC, Source, check_name, hex};
 use crate::tile::TileId;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 
-/// The first bytes of a patch.
-const MAGIC: [u8; 16] = *b"overfly patch 1\n";
 /// Longest header: the sources of some ten thousand orthophotos.
 const MOST_BYTES: u64 = 256 << 20;
 
@@ -86,7 +84,7 @@ impl PatchHeader {
     /// As the writer.
     pub fn write(&self, to: &mut impl Write) -> std::io::Result<()> {
         let text = serde_json::to_vec(self).expect("a header serialises");
-        to.write_all(&MAGIC)?;
+        to.write_all(PATCH_MAGIC)?;
         to.write_all(&(text.len() as u64).to_le_bytes())?;
         to.write_all(&text)
     }
@@ -98,7 +96,7 @@ impl PatchHeader {
     pub fn read(from: &mut impl Read) -> Result<Self, Malformed> {
         let (mut magic, mut length) = ([0; 16], [0; 8]);
         from.read_exact(&mut magic)?;
-        if magic != MAGIC {
+        if magic != *PATCH_MAGIC {
             return Err(Malformed::Content("it does not begin as a patch of this program does".into()));
         }
         from.read_exact(&mut length)?;
@@ -108,8 +106,15 @@ impl PatchHeader {
         }
         let mut text = Vec::new();
         from.take(length).read_to_end(&mut text)?;
-        let header: Self = serde_json::from_slice(&text).map_err(|e| Malformed::Content(format!("its header: {e}")))?;
+        let header: Self = serde_json::from_slice(&text).map_err(|e| {
+            // What it does not know the parser repeats, however long.
+            let reason: String = e.to_string().chars().take(200).collect();
+            Malformed::Content(format!("its header: {reason}"))
+        })?;
         header.layers.iter().map(|l| &l.head).try_for_each(check)?;
+        if !header.layers.is_sorted_by(|a, b| a.head.name < b.head.name) {
+            return Err(Malformed::Content("its header: layers stand out of order".into()));
+        }
         Ok(header)
     }
 }

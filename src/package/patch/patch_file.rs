@@ -34,11 +34,15 @@ pub fn end(path: &Path) -> Result<(), PackageError> {
 /// [`PackageError::NotAPatch`], [`PackageError::AlteredPatch`], or where the file cannot be read.
 pub fn open(path: &Path) -> Result<(PatchHeader, FileRecords), PackageError> {
     let fail = |e| PackageError::io(path, e);
-    let file = File::open(path).map_err(fail)?;
-    let metadata = file.metadata().map_err(fail)?;
+    let refuse = |reason: &str| PackageError::NotAPatch { path: path.into(), reason: reason.into() };
+    let metadata = std::fs::metadata(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => refuse("there is no such file"),
+        _ => fail(e),
+    })?;
     if !metadata.is_file() {
-        return Err(PackageError::NotAPatch { path: path.into(), reason: "it is no regular file".into() });
+        return Err(refuse("it is no regular file"));
     }
+    let file = File::open(path).map_err(fail)?;
     let content = metadata.len().saturating_sub(DIGEST_LEN);
     let mut from = BufReader::new(file).take(content);
     let header = PatchHeader::read(&mut from).map_err(|e| refused(path, e))?;

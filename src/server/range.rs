@@ -1,0 +1,67 @@
+//! `Asked`: the part of a file that a request's `Range` asks for (RFC 9110, section 14).
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// All of it: no range, several, or none that is understood.
+    Whole,
+    /// These bytes, the last included.
+    Part(u64, u64),
+    /// Bytes that are not there.
+    Beyond,
+}
+
+impl Asked {
+    /// Of a file of `len` bytes.
+    pub(super) fn of(range: Option<&str>, len: u64) -> Self {
+        let spec = range.and_then(|text| text.trim().strip_prefix("bytes="));
+        let Some((first, last)) = spec.and_then(|spec| spec.split_once('-')) else { return Self::Whole };
+        match (number(first), number(last)) {
+            (None, Some(0)) if first.is_empty() => Self::Beyond,
+            (None, Some(count)) if first.is_empty() && len > 0 => Self::Part(len - count.min(len), len - 1),
+            (Some(first), None) if last.is_empty() => Self::from(first, u64::MAX, len),
+            (Some(first), Some(last)) if first <= last => Self::from(first, last, len),
+            _ => Self::Whole,
+        }
+    }
+
+    fn from(first: u64, last: u64, len: u64) -> Self {
+        if first >= len { Self::Beyond } else { Self::Part(first, last.min(len - 1)) }
+    }
+}
+
+/// A number of digits alone; the largest there is where it is larger.
+fn number(text: &str) -> Option<u64> {
+    let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    digits.then(|| text.parse().unwrap_or(u64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_those_of_the_rfc() {
+        for (range, expected) in [
+            ("bytes=0-99", Asked::Part(0, 99)),
+            ("bytes=990-", Asked::Part(990, 999)),
+            ("bytes=-10", Asked::Part(990, 999)),
+            ("bytes=-5000", Asked::Part(0, 999)),
+            ("bytes=0-99999999999999999999999", Asked::Part(0, 999)),
+            ("bytes=-99999999999999999999999", Asked::Part(0, 999)),
+            ("bytes=1000-", Asked::Beyond),
+            ("bytes=99999999999999999999999-", Asked::Beyond),
+            ("bytes=-0", Asked::Beyond),
+            ("bytes=5-1", Asked::Whole),
+            ("bytes=0-0,5-9", Asked::Whole),
+            ("bytes=-", Asked::Whole),
+            ("bytes=+1-2", Asked::Whole),
+            ("bytes=abc", Asked::Whole),
+            ("items=0-5", Asked::Whole),
+        ] {
+            assert_eq!(Asked::of(Some(range), 1000), expected, "{range}");
+        }
+        assert_eq!(Asked::of(None, 1000), Asked::Whole);
+        assert_eq!(Asked::of(Some("bytes=0-0"), 0), Asked::Beyond);
+    }
+}
