@@ -59,13 +59,13 @@ impl Outlet {
     /// folder is absent or may not be written.
     pub fn at(place: &Path, kind: Kind, inputs: &[&Path]) -> Result<Self, StoreError> {
         let place = &std::fs::canonicalize(place).unwrap_or_else(|_| place.into());
-        refuse_other(place, kind)?;
         let on_the_way = [NEW, DRAFT].map(|suffix| with_suffix(place, suffix));
         for input in inputs {
             if on_the_way.iter().chain([place]).any(|path| is_same_file(input, path)) {
                 return Err(StoreError::SameFile { path: place.into() });
             }
         }
+        refuse_other(place, kind)?;
         on_the_way.iter().try_for_each(|path| refuse_no_file(path))?;
         let fail = |e: std::io::Error| match e.kind() {
             std::io::ErrorKind::NotFound => StoreError::NoFolder { path: place.into() },

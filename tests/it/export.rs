@@ -134,7 +134,7 @@ fn the_same_request_gives_the_same_bytes_whatever_the_routes_format() {
     let [a, b, c] = ["a", "b", "c"].map(|name| folder.path().join(name));
     export_to(drawn_store(), &drawn_request(), &a);
     // Over an older file, which goes away only when the new one is whole.
-    std::fs::write(&b, b"older").unwrap();
+    std::fs::copy(drawn_store().path(), &b).unwrap();
     for (text, out) in [(gpx, &b), (kml, &c)] {
         export_to(drawn_store(), &request(Route::all_from_text(text).unwrap(), 300.0), out);
         assert!(std::fs::read(&a).unwrap() == std::fs::read(out).unwrap());
