@@ -231,8 +231,9 @@ pub(super) fn compact(connection: Connection, path: &Path) -> Result<(), StoreEr
         && unused > UNUSED_SHARE * all
         && unused > 64.0
     {
-        // Failing is no failure of the build: unused pages are used again.
-        rewritten = connection.execute_batch("VACUUM").is_ok();
+        // By a file on the way and not in memory, however large the store is. Failing is no failure of the build: unused pages
+        // are used again.
+        rewritten = connection.execute_batch("PRAGMA temp_store = FILE; PRAGMA cache_spill = 1; VACUUM").is_ok();
     }
     connection.close().map_err(|(_, e)| StoreError::sqlite(path, e))?;
     if !rewritten {
