@@ -1,5 +1,6 @@
 //! `POST /v1/exports`, `GET /v1/exports/{id}`: what one flight needs, for the aircraft's storage. On the ground only.
 
+use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
 use super::export_jobs::{ExportJobs, Found};
 use super::form::FormError;
@@ -7,7 +8,6 @@ use super::problem::Problem;
 use super::query::NoQuery;
 use super::range::Asked;
 use super::state::ServiceState;
-use super::tiles::unchanged;
 use crate::package::{Date, ExportRequest};
 use crate::plan::Route;
 use axum::Json;
@@ -147,15 +147,15 @@ fn jobs(state: &ServiceState) -> Result<&ExportJobs, ServerError> {
 }
 
 async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request) -> Result<Response, ServerError> {
-    let etag = format!("\"{file_digest}\"");
-    if unchanged(request.headers(), &etag) {
-        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, etag)]).into_response());
+    let tag = etag(file_digest);
+    if unchanged(request.headers(), &tag) {
+        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag)]).into_response());
     }
     let failed = |e| crate::store::StoreError::io(path, e);
     let len = tokio::fs::metadata(path).await.map_err(failed)?.len();
     let headers = request.headers_mut();
     // What was begun of another file is not gone on with (RFC 9110, 13.1.5).
-    let same = headers.get(IF_RANGE).is_none_or(|begun| *begun == etag.as_str());
+    let same = headers.get(IF_RANGE).is_none_or(|begun| *begun == tag.as_str());
     let range = headers.get(RANGE).filter(|_| same).and_then(|range| range.to_str().ok());
     let asked = Asked::of(range, len);
     // What is asked is decided here; the rest of the headers shall not decide it otherwise.
@@ -171,7 +171,7 @@ async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request
     let mut response = ServeFile::new_with_mime(path, &mime).try_call(request).await.map_err(failed)?.into_response();
     let short = id.get(..12).unwrap_or(id);
     let name = format!("attachment; filename=\"overfly-{short}.gpkg\"");
-    for (header, value) in [(ETAG, etag), (CONTENT_DISPOSITION, name)] {
+    for (header, value) in [(ETAG, tag), (CONTENT_DISPOSITION, name)] {
         response.headers_mut().insert(header, HeaderValue::from_str(&value).expect("digits and letters"));
     }
     Ok(response)

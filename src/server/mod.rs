@@ -13,6 +13,7 @@
 mod candidates;
 mod catalogue;
 mod connections;
+mod entity_tag;
 mod error;
 mod export_jobs;
 mod exports;

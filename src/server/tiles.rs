@@ -1,5 +1,6 @@
 //! `GET /v1/tiles/...`: imagery, descriptors and TileJSON.
 
+use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
 use super::problem::Problem;
 use super::query::NoQuery;
@@ -10,7 +11,7 @@ use crate::tile::{TILE_SIZE_PX, TileId};
 use axum::Json;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST, IF_NONE_MATCH};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -196,14 +197,4 @@ fn origin(headers: &HeaderMap) -> String {
         Some(host) if !host.is_empty() && host.bytes().all(plain) => format!("http://{host}"),
         _ => String::new(),
     }
-}
-
-fn etag(hash: &str) -> String {
-    format!("\"{hash}\"")
-}
-
-/// Whether `If-None-Match` holds the tag (weak comparison, RFC 9110 section 13.1.2).
-pub(super) fn unchanged(headers: &HeaderMap, tag: &str) -> bool {
-    let given = headers.get_all(IF_NONE_MATCH).iter().filter_map(|v| v.to_str().ok());
-    given.flat_map(|v| v.split(',')).map(str::trim).any(|v| v == "*" || v.strip_prefix("W/").unwrap_or(v) == tag)
 }

@@ -2,12 +2,13 @@
 
 use super::connection::{self, file_uri};
 use super::content::{self, Child};
+use super::declaration::Declaration;
 use super::digest;
 use super::geometry;
 use super::layer::{self, Layer};
 use super::level::LevelDigests;
 use super::source::{self, Declared};
-use super::writer::{Declaration, Placed, place_content};
+use super::writer::{Placed, place_content};
 use super::{
     Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery, manifest, reader,
     verify,

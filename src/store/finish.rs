@@ -1,8 +1,8 @@
 //! The last transaction of a build, and how rows of a layer go away.
 
 use super::content::{self, Below};
+use super::declaration::Declaration;
 use super::source::{self, Declared};
-use super::writer::Declaration;
 use super::{StoreError, digest, footprint, geopackage, verify};
 use crate::geodesy::WORLD_M;
 use crate::tile::{MercatorBounds, TileId};

@@ -4,30 +4,16 @@
 //! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
 
 use super::content::{self, Child, TileContent};
+use super::declaration::Declaration;
 use super::finish::Finished;
 use super::footprint::Footprint;
 use super::geometry::polygon_blob;
 use super::layer;
-use super::source::{self, Declared, Source};
-use super::{StoreError, connection, digest, finish, geopackage, require_contract};
+use super::source::{self, Declared};
+use super::{StoreError, connection, finish, geopackage, require_contract};
 use crate::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::{Path, PathBuf};
-
-/// What a layer shall be.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Declaration {
-    /// Its name.
-    pub layer: String,
-    /// Its sources, in any order.
-    pub sources: Vec<Source>,
-    /// The base zoom that the user stated, where so.
-    pub zoom_override: Option<u8>,
-    /// The finest level.
-    pub base_zoom: u8,
-    /// The coarsest overview.
-    pub min_zoom: u8,
-}
 
 /// A tile as computed.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +45,7 @@ impl Writer {
     pub fn begin(path: &Path, contract: &str, declaration: Declaration) -> Result<Self, StoreError> {
         layer::check_name(&declaration.layer)?;
         let connection = open_or_create(path, contract)?;
-        let plan_hash = plan_hash(&declaration);
+        let plan_hash = declaration.plan_hash();
         let fail = |e| StoreError::sqlite(path, e);
         let transaction = connection.unchecked_transaction().map_err(fail)?;
         let staging = record(&transaction, &declaration, &plan_hash).map_err(fail)?;
@@ -203,17 +189,6 @@ fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError>
     let connection = connection::open_write(path)?;
     require_contract(&connection, path)?;
     Ok(connection)
-}
-
-fn plan_hash(declaration: &Declaration) -> [u8; 32] {
-    let mut hasher = blake3::Hasher::new_derive_key("overfly plan 1");
-    hasher.update(&[declaration.base_zoom, declaration.min_zoom, declaration.zoom_override.unwrap_or(0xff)]);
-    let mut sources: Vec<_> = declaration.sources.iter().collect();
-    sources.sort_by_key(|s| s.content_hash);
-    for source in sources {
-        digest::hash_source(&mut hasher, source);
-    }
-    hasher.finalize().into()
 }
 
 /// Writes the declaration down; whether the layer answers meanwhile.
