@@ -210,6 +210,36 @@ fn searches_inside_the_corridor_answer_as_over_the_full_store_and_outside_say_so
     assert!(inside >= 5 && outside >= 3, "{inside} inside, {outside} outside");
 }
 
+fn overfly(args: &[&str]) {
+    let done = Command::new(env!("CARGO_BIN_EXE_overfly")).args(args).output().unwrap();
+    assert!(done.status.success(), "{args:?}: {}", String::from_utf8_lossy(&done.stderr));
+}
+
+/// The rows of `evaluate fixes` over a store, but for the time they took.
+fn scored(db: &Path, flight: &Path, results: &Path) -> Vec<Vec<String>> {
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let (db, flight, out) = (text(db), text(flight), text(results));
+    overfly(&["evaluate", "fixes", "--db", &db, "--flight", &flight, "--prior-error-m", "100", "--out", &out]);
+    let mut csv = csv::Reader::from_path(results.join("fixes.csv")).unwrap();
+    let elapsed = csv.headers().unwrap().iter().position(|h| h == "elapsed_ms").unwrap();
+    let row = |r: csv::StringRecord| {
+        r.iter().enumerate().filter(|(i, _)| *i != elapsed).map(|(_, v)| v.to_owned()).collect::<Vec<_>>()
+    };
+    csv.records().map(|r| row(r.unwrap())).collect()
+}
+
+/// How far each frame of a flight lies from a route, metres.
+fn off_route_m(flight: &Path, route: &Route) -> Vec<f64> {
+    let along: Vec<_> = route.every(10.0).unwrap().iter().map(|p| p.position).collect();
+    let mut truths = csv::Reader::from_path(flight.join("flight.csv")).unwrap();
+    let off_m = |row: csv::StringRecord| {
+        let truth = Geodetic::from_degrees(row[2].parse().unwrap(), row[3].parse().unwrap()).unwrap();
+        let near = LocalFrame::at(truth);
+        along.iter().map(|p| near.enu_from_geodetic(*p).length_m()).fold(f64::INFINITY, f64::min)
+    };
+    truths.records().map(|row| off_m(row.unwrap())).collect()
+}
+
 /// The imagery of North Dakota of 2018, and a flight over it; where they are present.
 #[test]
 fn naip_along_three_kilometres_answers_as_the_full_store() {
@@ -220,8 +250,8 @@ fn naip_along_three_kilometres_answers_as_the_full_store() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let (db, out, line) =
-        (folder.path().join("n18.gpkg"), folder.path().join("cut.gpkg"), folder.path().join("route.geojson"));
+    let at = |name: &str| folder.path().join(name);
+    let (db, out, line) = (at("n18.gpkg"), at("cut.gpkg"), at("route.geojson"));
     let request = Request {
         db: db.clone(),
         layer: "ortho".into(),
@@ -233,46 +263,14 @@ fn naip_along_three_kilometres_answers_as_the_full_store() {
     build::run(&request, &mut |_| ControlFlow::Continue(())).unwrap();
     let ends = [[-99.1830, 47.0163], [-99.1435, 47.0163]];
     std::fs::write(&line, serde_json::json!({"type": "LineString", "coordinates": ends}).to_string()).unwrap();
-    let overfly = |args: &[&str]| {
-        let done = Command::new(env!("CARGO_BIN_EXE_overfly")).args(args).output().unwrap();
-        assert!(done.status.success(), "{args:?}: {}", String::from_utf8_lossy(&done.stderr));
-    };
-    let text = |path: &Path| path.to_str().unwrap().to_owned();
-    let (db, out, line) = (text(&db), text(&out), text(&line));
-    overfly(&["export", "--db", &db, "--route", &line, "--corridor-m", "1500", "--out", &out]);
-    let flight = text(&data.join("flight_2018"));
-    let scored = |db: &str, name: &str| {
-        let results = folder.path().join(name);
-        let results_text = text(&results);
-        overfly(&[
-            "evaluate",
-            "fixes",
-            "--db",
-            db,
-            "--flight",
-            &flight,
-            "--prior-error-m",
-            "100",
-            "--out",
-            &results_text,
-        ]);
-        let mut csv = csv::Reader::from_path(results.join("fixes.csv")).unwrap();
-        let elapsed = csv.headers().unwrap().iter().position(|h| h == "elapsed_ms").unwrap();
-        let row = |r: csv::StringRecord| {
-            r.iter().enumerate().filter(|(i, _)| *i != elapsed).map(|(_, v)| v.to_owned()).collect::<Vec<_>>()
-        };
-        csv.records().map(|r| row(r.unwrap())).collect::<Vec<_>>()
-    };
-    let (full, cut) = (scored(&db, "full"), scored(&out, "cut"));
-    let route = Route::all_from_text(&std::fs::read_to_string(&line).unwrap()).unwrap();
-    let along: Vec<_> = route[0].every(10.0).unwrap().iter().map(|p| p.position).collect();
-    let mut truths = csv::Reader::from_path(data.join("flight_2018/flight.csv")).unwrap();
+    let [from, to, along] = [&db, &out, &line].map(|path| path.to_str().unwrap());
+    overfly(&["export", "--db", from, "--route", along, "--corridor-m", "1500", "--out", to]);
+    let flight = data.join("flight_2018");
+    let (full, cut) = (scored(&db, &flight, &at("full")), scored(&out, &flight, &at("cut")));
+    let off_m = off_route_m(&flight, &route(ends[0], ends[1])[0]);
+    assert_eq!((full.len(), cut.len()), (off_m.len(), off_m.len()));
     let mut inside = 0;
-    for (row, (a, b)) in truths.records().zip(full.iter().zip(&cut)) {
-        let row = row.unwrap();
-        let truth = Geodetic::from_degrees(row[2].parse().unwrap(), row[3].parse().unwrap()).unwrap();
-        let near = LocalFrame::at(truth);
-        let off_m = along.iter().map(|p| near.enu_from_geodetic(*p).length_m()).fold(f64::INFINITY, f64::min);
+    for (off_m, (a, b)) in off_m.into_iter().zip(full.iter().zip(&cut)) {
         // The prior lies up to 100 m off per axis, its square reaches as far again; half of 256 x 192 px of 5 m.
         if off_m + 200.0 * std::f64::consts::SQRT_2 + 2.5 * 320.0 <= 1500.0 + 64.0 * 1.6 {
             assert_eq!(a, b);
