@@ -247,15 +247,8 @@ fn everything(store: &Reader, key: Option<&Path>) -> anyhow::Result<ExportReques
     let (middle, longitude) = ((south + north) / 2.0, (west + east) / 2.0);
     let line =
         serde_json::json!({"type": "LineString", "coordinates": [[longitude, middle], [longitude + 1e-3, middle]]});
-    Ok(ExportRequest {
-        routes: Route::all_from_text(&line.to_string()).map_err(anyhow::Error::msg)?,
-        corridor_m: (north - south).max((east - west) * middle.to_radians().cos()) / 2.0 * 112_000.0,
-        drift: None,
-        calibration: None,
-        layers: Vec::new(),
-        max_bytes: None,
-        jpeg_quality: None,
-        valid_until: None,
-        key: key.map(SecretKey::read).transpose()?,
-    })
+    let routes = Route::all_from_text(&line.to_string()).map_err(anyhow::Error::msg)?;
+    let corridor_m = (north - south).max((east - west) * middle.to_radians().cos()) / 2.0 * 112_000.0;
+    let key = key.map(SecretKey::read).transpose()?;
+    Ok(ExportRequest { key, ..ExportRequest::along(routes, corridor_m) })
 }

@@ -90,17 +90,7 @@ fn read(bench: &Bench, folder: &Path, args: &Args) -> Vec<String> {
     let store = drawn::drawn_store();
     let exported = folder.join("to read.gpkg");
     let line = r#"{"type": "LineString", "coordinates": [[15.6120, 48.4915], [15.6160, 48.4915]]}"#;
-    let request = ExportRequest {
-        routes: Route::all_from_text(line).expect("a route"),
-        corridor_m: 200.0,
-        drift: None,
-        calibration: None,
-        layers: Vec::new(),
-        max_bytes: None,
-        jpeg_quality: None,
-        valid_until: None,
-        key: None,
-    };
+    let request = ExportRequest::along(Route::all_from_text(line).expect("a route"), 200.0);
     export(store, &request, &exported, &|_, _| ()).expect("an export");
     println!(
         "{:<28} {:<9} {:>6} {:>6} {:>8} {:>8} {:>8}",

@@ -29,6 +29,21 @@ pub struct ExportRequest {
 }
 
 impl ExportRequest {
+    /// All that lies along routes, as it is in the store, unsigned.
+    pub fn along(routes: Vec<Route>, corridor_m: f64) -> Self {
+        Self {
+            routes,
+            corridor_m,
+            drift: None,
+            calibration: None,
+            layers: Vec::new(),
+            max_bytes: None,
+            jpeg_quality: None,
+            valid_until: None,
+            key: None,
+        }
+    }
+
     /// How wide the corridor is.
     pub(super) fn width(&self) -> Width {
         Width { half_width_m: self.corridor_m, drift: self.drift }

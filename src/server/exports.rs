@@ -58,15 +58,11 @@ impl ExportParameters {
         }
         let valid_until = self.valid_until.as_deref().map(str::parse::<Date>).transpose();
         Ok(ExportRequest {
-            routes,
-            corridor_m: self.corridor_m,
-            drift: None,
-            calibration: None,
             layers: self.layers.clone(),
             max_bytes: self.max_bytes,
             jpeg_quality: self.jpeg_quality,
             valid_until: valid_until.map_err(|reason| wrong("valid_until", reason))?,
-            key: None,
+            ..ExportRequest::along(routes, self.corridor_m)
         })
     }
 }

@@ -146,7 +146,7 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
         return Err(StoreError::NoFolder { path: path.into() });
     }
     let mut name = path.as_os_str().to_os_string();
-    name.push("-new");
+    name.push(".overfly-build");
     let draft = PathBuf::from(name);
     let outcome = create_draft(&draft, contract)
         .map_err(|e| StoreError::of_own_file(path, e))

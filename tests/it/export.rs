@@ -22,17 +22,7 @@ pub fn route(from_deg: [f64; 2], to_deg: [f64; 2]) -> Vec<Route> {
 }
 
 pub fn request(routes: Vec<Route>, corridor_m: f64) -> ExportRequest {
-    ExportRequest {
-        routes,
-        corridor_m,
-        drift: None,
-        calibration: None,
-        layers: Vec::new(),
-        max_bytes: None,
-        jpeg_quality: None,
-        valid_until: None,
-        key: None,
-    }
+    ExportRequest::along(routes, corridor_m)
 }
 
 /// The first row of the drawn flight, 300 m on each side.
