@@ -5,7 +5,7 @@ use super::coverage::{Coverage, coverage};
 use super::manifest::{ManifestLayer, ManifestRoute};
 use super::sealed_file::write_seal;
 use super::selection::select;
-use super::shedding::shed;
+use super::shedding::{shed, stated_quality};
 use super::{Dropped, ExportRequest, Manifest, PackageError, SEAL_LEN};
 use crate::store::{Extract, Kind, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
 use serde::Serialize;
@@ -125,7 +125,7 @@ impl Writing<'_> {
     /// Writes the parts, unsealed, and drops of them until they take no more bytes than allowed.
     fn fitted(&self, chosen: &mut Vec<LayerPart>) -> Result<(Manifest, Vec<Dropped>), PackageError> {
         let most = self.request.max_bytes.unwrap_or(u64::MAX);
-        let mut dropped = Vec::new();
+        let mut dropped: Vec<Dropped> = self.request.jpeg_quality.map(stated_quality).into_iter().collect();
         loop {
             // What imagery will take that is encoded anew nobody knows before.
             let known = |p: &Part| if chosen.iter().any(|c| c.jpeg_quality.is_some()) { p.rest() } else { p.content() };

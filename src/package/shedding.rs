@@ -17,6 +17,13 @@ pub struct Dropped {
     pub effect: String,
 }
 
+/// What a quality that the user states does, to be written down.
+pub fn stated_quality(quality: u8) -> Dropped {
+    let what = format!("imagery's quality: JPEG {quality} instead of 90, as asked");
+    let effect = "fixes on ground that has changed are fewer and less exact; docs/onboard.md has figures";
+    Dropped { what, effect: effect.into() }
+}
+
 /// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then whole
 /// layers, the oldest first (of unknown date before all others), down to one; then its finest level,
 /// again and again, down to one level; then its imagery's quality, which costs more fixes and saves less than a level. `None`
