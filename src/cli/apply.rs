@@ -11,7 +11,8 @@ store is written beside STORE (so there must be room for both), held against the
 that of the whole file), and renamed into place. Whatever happens on the way, STORE is the old one or the new one. Applied once
 more, nothing changes.
 
-A patch proves nothing of who made it: give --key where stores are signed.
+A patch proves nothing of who made it: give --key where stores are signed. Without it a signed STORE is replaced only by one that
+the same key signed.
 
 Examples:
   overfly apply flight.gpkg flight-1-2.patch --key ground.key.pub

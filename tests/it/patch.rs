@@ -118,6 +118,16 @@ fn makes_an_exported_store_byte_for_byte_and_proves_who_signed() {
     let before = std::fs::read(&old).unwrap();
     assert_eq!(applied(&old, &patch_file, Some(&keys[1])).unwrap_err().code(), "wrong_key");
     assert_eq!(std::fs::read(&old).unwrap(), before);
+    // Nor without a key by what nobody signed, or somebody else.
+    let [nobodys, foreign, to] = ["nobodys.gpkg", "foreign.gpkg", "to.patch"].map(|name| folder.path().join(name));
+    export_to(drawn_store(), &drawn_request(), &nobodys);
+    let theirs = SecretKey::read(&folder.path().join("theirs")).unwrap();
+    export_to(drawn_store(), &ExportRequest { key: Some(theirs), ..drawn_request() }, &foreign);
+    for (other, code) in [(nobodys, "unsigned_store"), (foreign, "wrong_key")] {
+        patch(&Reader::open(&old).unwrap(), &Reader::open(&other).unwrap(), &to);
+        assert_eq!(applied(&old, &to, None).unwrap_err().code(), code);
+        assert_eq!(std::fs::read(&old).unwrap(), before);
+    }
     // The same patch twice has the same bytes.
     let again = folder.path().join("again.patch");
     patch(&Reader::open(&old).unwrap(), &Reader::open(&new).unwrap(), &again);

@@ -68,6 +68,7 @@ pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<
         });
     }
     check_base(&base, &header, request.store)?;
+    keep_signer(&base, signed_by.as_deref(), request)?;
     let read = if request.store == request.out { &[request.patch][..] } else { &[request.patch, request.store] };
     let outlet = Outlet::at(request.out, Kind::Store, read)?;
     let extract = Extract::begin(&outlet.draft(), base.descriptor_contract())?;
@@ -141,6 +142,20 @@ fn check_base(base: &Reader, header: &PatchHeader, store: &Path) -> Result<(), P
         return Err(PackageError::OtherResult { path: store.into(), reason });
     }
     Ok(base.require_settled()?)
+}
+
+/// What somebody signed is replaced by what the same one signed alone, unless a key says whose it shall be.
+fn keep_signer(base: &Reader, signed_by: Option<&str>, request: &ApplyRequest<'_>) -> Result<(), PackageError> {
+    let before = base.manifest().and_then(|text| Manifest::from_text(text).ok()).and_then(|m| m.signed_by);
+    let path = || request.patch.into();
+    match (before, signed_by) {
+        _ if request.key.is_some() || request.store != request.out => Ok(()),
+        (Some(required), Some(found)) if required != found => {
+            Err(PackageError::WrongKey { path: path(), found: found.into(), required })
+        }
+        (Some(_), None) => Err(PackageError::Unsigned { path: path() }),
+        _ => Ok(()),
+    }
 }
 
 /// Writes the new store beside its place; an exported one byte for byte.
