@@ -3,12 +3,12 @@
 //! region costs (`cargo bench --bench candidates -- combined`).
 
 use criterion::{BenchmarkId, Criterion};
-use overfly::feature::keypoint::CONTRACT;
-use overfly::geodesy::Geodetic;
-use overfly::locate::candidates::{CandidateQuery, ResidentIndex, candidates, rank};
-use overfly::region::{ImageOnGround, Region, Uncertainty};
-use overfly::store::{BuiltTile, Declaration, EncodedTile, Reader, Source, TileContent, Writer};
-use overfly::tile::TileId;
+use overfly_core::feature::keypoint::CONTRACT;
+use overfly_core::geodesy::Geodetic;
+use overfly_core::region::{ImageOnGround, Region, Uncertainty};
+use overfly_core::tile::TileId;
+use overfly_flight::locate::candidates::{CandidateQuery, ResidentIndex, candidates, rank};
+use overfly_store::{BuiltTile, Declaration, EncodedTile, Reader, Source, TileContent, Writer};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

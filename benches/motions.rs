@@ -2,11 +2,11 @@
 
 use criterion::Criterion;
 use nalgebra::Vector2;
-use overfly::feature::keypoint::{FrameRecipe, describe_frame, match_mutual};
-use overfly::pixels::Gray;
-use overfly::registration::relative::alignment::align;
-use overfly::registration::relative::consensus::{Frames, Pair, estimate};
-use overfly::registration::relative::{MotionPrior, Similarity, register};
+use overfly_core::feature::keypoint::{FrameRecipe, describe_frame, match_mutual};
+use overfly_core::pixels::Gray;
+use overfly_core::registration::relative::alignment::align;
+use overfly_core::registration::relative::consensus::{Frames, Pair, estimate};
+use overfly_core::registration::relative::{MotionPrior, Similarity, register};
 use std::hint::black_box;
 
 const GROUND_PX: usize = 1200;

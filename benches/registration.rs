@@ -1,13 +1,13 @@
 //! The kernels of absolute registration on a drawn ground: `cargo bench --bench registration`.
 
 use criterion::{Criterion, Throughput};
-use overfly::camera::{Camera, GroundGrid, View, render};
-use overfly::feature::Structure;
-use overfly::pixels::{Gray, Mask};
-use overfly::registration::coarse::{CoarseMap, PlacedView, Reach};
-use overfly::registration::similarity::{FitOptions, fit};
-use overfly::registration::standing::{REACH_PX, standing};
-use overfly::registration::windows::{WindowOptions, match_windows};
+use overfly_core::camera::{Camera, GroundGrid, View, render};
+use overfly_core::feature::Structure;
+use overfly_core::pixels::{Gray, Mask};
+use overfly_core::registration::coarse::{CoarseMap, PlacedView, Reach};
+use overfly_core::registration::similarity::{FitOptions, fit};
+use overfly_core::registration::standing::{REACH_PX, standing};
+use overfly_core::registration::windows::{WindowOptions, match_windows};
 use std::hint::black_box;
 
 /// Edge of the map, pixels; views are 216 x 162, what a 256 x 192 frame of 5.5 m is on a level of 6.5 m.

@@ -4,13 +4,14 @@
 
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
-use overfly::feature::keypoint::from_blob;
-use overfly::package::{Date, Manifest, PatchHeader, PublicKey, Records, SEAL_LEN, Seal, SecretKey, StalePolicy};
-use overfly::plan::Route;
-use overfly::raster::{FrameBounds, OpenOptions, Orthophoto, decode_frame_within};
 use overfly::server::{Limits, Service, ServiceState, router};
-use overfly::store::{Reader, decode};
-use overfly::tile::TileId;
+use overfly_core::feature::keypoint::from_blob;
+use overfly_core::tile::TileId;
+use overfly_flight::frame::{FrameBounds, decode_frame_within};
+use overfly_ingest::plan::parse_routes;
+use overfly_ingest::raster::{OpenOptions, Orthophoto};
+use overfly_store::package::{Date, Manifest, PatchHeader, PublicKey, Records, SEAL_LEN, Seal, SecretKey, StalePolicy};
+use overfly_store::{Reader, decode};
 use std::path::{Path, PathBuf};
 use tower::ServiceExt as _;
 
@@ -87,7 +88,7 @@ pub fn blobs(data: &[u8]) {
 /// A route file: GeoJSON, GPX or KML.
 pub fn route(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
-    for route in Route::all_from_text(text).unwrap_or_default() {
+    for route in parse_routes(text).unwrap_or_default() {
         let _ = route.every(route.length_m() / 10.0);
     }
 }
@@ -154,7 +155,7 @@ fn service() -> (tokio::runtime::Runtime, axum::Router) {
     let db = folder().join("fuzz.gpkg");
     let tiles = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().find(|p| p.join("tiles/epoch_1").is_dir());
     let sources = vec![tiles.expect("the project's tiles").join("tiles/epoch_1/west.jpg")];
-    let request = overfly::build::Request {
+    let request = overfly_ingest::build::Request {
         db: db.clone(),
         layer: "ortho".into(),
         sources,
@@ -162,7 +163,7 @@ fn service() -> (tokio::runtime::Runtime, axum::Router) {
         threads: 1,
         ..Default::default()
     };
-    overfly::build::run(&request, &mut |_| std::ops::ControlFlow::Continue(())).expect("a store");
+    overfly_ingest::build::run(&request, &mut |_| std::ops::ControlFlow::Continue(())).expect("a store");
     let state = ServiceState::new(Reader::open(&db).expect("a store"), Service::Onboard, Limits::default());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
     (runtime, router(state))

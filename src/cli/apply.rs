@@ -2,7 +2,7 @@
 
 use super::verify::today;
 use super::{Exit, Failure, Output};
-use overfly::package::{Applied, ApplyRequest, PublicKey, apply};
+use overfly_store::package::{Applied, ApplyRequest, PublicKey, apply};
 use std::path::PathBuf;
 
 const HELP: &str = "\

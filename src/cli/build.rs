@@ -1,8 +1,8 @@
 //! `overfly build`: orthophotos into a store.
 
 use super::{Exit, Failure, Output, number};
-use overfly::build::{self, BuildError, Estimate, Progress, Rejected, Request, Summary};
-use overfly::store::remove_layer;
+use overfly_ingest::build::{self, BuildError, Estimate, Progress, Rejected, Request, Summary};
+use overfly_store::remove_layer;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;

@@ -4,12 +4,12 @@ use super::demo::{build_store, project_tiles};
 use super::relative::{laws_text, measure};
 use super::{Exit, Failure, Output, number};
 use anyhow::Context;
-use overfly::locate::candidates::default_layer;
-use overfly::report::{cost_svg, relative_cost_svgs};
-use overfly::store::Reader;
-use overfly::trial::{
+use overfly_flight::locate::candidates::default_layer;
+use overfly_lab::report::{cost_svg, relative_cost_svgs};
+use overfly_lab::trial::{
     Calibrated, Cost, CostTrial, OVERLAPS_PERCENT, RelativeLaws, RelativeTrial, calibration_toml, samples_csv,
 };
+use overfly_store::Reader;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 

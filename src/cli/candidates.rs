@@ -1,8 +1,8 @@
 //! `overfly candidates`: the tiles to search, as `GET /v1/candidates` lists them.
 
 use super::{Exit, Failure, Output};
-use overfly::locate::candidates::{CandidateParameters, Candidates, candidates};
-use overfly::store::Reader;
+use overfly_flight::locate::candidates::{CandidateParameters, Candidates, candidates};
+use overfly_store::Reader;
 use std::path::PathBuf;
 
 const HELP: &str = "\

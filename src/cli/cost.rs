@@ -3,9 +3,9 @@
 use super::evaluate::make_folder;
 use super::number::positive;
 use super::{Exit, Failure, Output, chosen_layer};
-use overfly::report::cost_svg;
-use overfly::store::Reader;
-use overfly::trial::{Cost, CostTrial, write_cost};
+use overfly_lab::report::cost_svg;
+use overfly_lab::trial::{Cost, CostTrial, write_cost};
+use overfly_store::Reader;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! `overfly diff`: how two stores differ, and the patch between them.
 
 use super::{Exit, Failure, Output};
-use overfly::package::{Difference, diff, write_patch};
-use overfly::store::Reader;
+use overfly_store::Reader;
+use overfly_store::package::{Difference, diff, write_patch};
 use std::path::PathBuf;
 
 const HELP: &str = "\

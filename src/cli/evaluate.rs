@@ -4,9 +4,9 @@ use super::evaluate_motions::{self, Motions};
 use super::number::positive;
 use super::{Exit, Failure, Output, chosen_layer, cost, default_threads, negatives};
 use anyhow::Context;
-use overfly::locate::Answer;
-use overfly::store::{Layer, Reader};
-use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight, Spread, write_fixes};
+use overfly_flight::locate::Answer;
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, Flight, Spread, write_fixes};
+use overfly_store::{Layer, Reader};
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -139,7 +139,7 @@ fn frame_line(outcome: &FixOutcome) -> FrameLine<'_> {
     FrameLine {
         image: &outcome.image,
         answer: &outcome.answer,
-        error_m: outcome.error.map(overfly::geodesy::Enu::length_m),
+        error_m: outcome.error.map(overfly_core::geodesy::Enu::length_m),
         in_ellipse95: outcome.is_in_ellipse95(),
         decode_ms: outcome.decode_ms,
     }

@@ -3,8 +3,8 @@
 use super::evaluate::make_folder;
 use super::number::positive;
 use super::{Exit, Failure, Output};
-use overfly::registration::relative::MotionAnswer;
-use overfly::trial::{
+use overfly_core::registration::relative::MotionAnswer;
+use overfly_lab::trial::{
     Flight, Leg, LegScore, MotionScore, Pairs, SensorSigmas, Spread, StrangerScore, StrangerTrial, run_legs,
     run_motions, write_motions,
 };

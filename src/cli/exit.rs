@@ -1,13 +1,14 @@
 //! Exit codes and failures with their stable code words.
 
-use overfly::build::MergeError;
-use overfly::locate::LocateError;
-use overfly::locate::candidates::CandidatesError;
-use overfly::package::PackageError;
-use overfly::plan::PlanError;
-use overfly::raster::FrameError;
-use overfly::store::StoreError;
-use overfly::trial::TrialError;
+use overfly_flight::frame::FrameError;
+use overfly_flight::locate::LocateError;
+use overfly_flight::locate::candidates::CandidatesError;
+use overfly_ingest::build::MergeError;
+use overfly_ingest::export::ExportError;
+use overfly_ingest::plan::PlanError;
+use overfly_lab::trial::TrialError;
+use overfly_store::StoreError;
+use overfly_store::package::PackageError;
 use std::process::ExitCode;
 
 /// How a command ended. Exit code 2 is also what clap uses for bad usage.
@@ -102,7 +103,20 @@ impl From<PackageError> for Failure {
     fn from(error: PackageError) -> Self {
         match error {
             PackageError::Store(error) => error.into(),
-            PackageError::Plan(error) => error.into(),
+            error => {
+                let code = error.code();
+                if error.is_unusable_input() { Self::unusable(code, error) } else { Self::failed(code, error) }
+            }
+        }
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Store(error) => error.into(),
+            ExportError::Plan(error) => error.into(),
+            ExportError::Package(error) => error.into(),
             error => {
                 let code = error.code();
                 if error.is_unusable_input() { Self::unusable(code, error) } else { Self::failed(code, error) }

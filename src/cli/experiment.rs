@@ -4,8 +4,8 @@ use super::evaluate::make_folder;
 use super::number;
 use super::relative::{laws_text, measure};
 use super::{Exit, Failure, Output};
-use overfly::report::{experiment_html, relative_cost_svgs};
-use overfly::trial::{DriftCurve, Experiment, RelativeMeasurement, RelativeTrial, Shape, images_csv, samples_csv};
+use overfly_lab::report::{experiment_html, relative_cost_svgs};
+use overfly_lab::trial::{DriftCurve, Experiment, RelativeMeasurement, RelativeTrial, Shape, images_csv, samples_csv};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 

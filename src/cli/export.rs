@@ -2,13 +2,12 @@
 
 use super::number::positive;
 use super::{Exit, Failure, Output};
-use overfly::coupling::Calibration;
-use overfly::package::{
-    Coverage, Date, Drift, ExportRequest, Exported, PackageError, Part, Preview, SecretKey, export, preview,
-};
-use overfly::plan::{read_aircraft, read_calibration, read_routes};
-use overfly::store::Reader;
-use overfly::tile::gsd_at;
+use overfly_core::coupling::Calibration;
+use overfly_core::tile::gsd_at;
+use overfly_ingest::export::{Coverage, Drift, ExportRequest, Exported, Part, Preview, export, preview};
+use overfly_ingest::plan::{read_aircraft, read_calibration, read_routes};
+use overfly_store::Reader;
+use overfly_store::package::{Date, SecretKey};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -103,7 +102,9 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
         Some(path) => {
             let aircraft = read_aircraft(path)?;
             let known = calibration.unwrap_or(Calibration::PROJECT);
-            let parameters = aircraft.parameters(&known, map_gsd_m_per_px(store)).map_err(PackageError::from)?;
+            let parameters = aircraft
+                .parameters(&known, map_gsd_m_per_px(store))
+                .map_err(overfly_ingest::export::ExportError::from)?;
             Some(Drift(parameters))
         }
         None => None,
@@ -125,7 +126,7 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
 fn map_gsd_m_per_px(store: &Reader) -> Option<f64> {
     let layer = store.layers().iter().filter(|l| l.complete).min_by_key(|l| l.base_zoom)?;
     let [west, south, _, north] = layer.bounds_deg;
-    let middle = overfly::geodesy::Geodetic::from_degrees((south + north) / 2.0, west).ok()?;
+    let middle = overfly_core::geodesy::Geodetic::from_degrees((south + north) / 2.0, west).ok()?;
     Some(gsd_at(middle, layer.base_zoom).mean_m_per_px())
 }
 

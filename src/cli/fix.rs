@@ -4,12 +4,12 @@ use super::evaluate::make_folder;
 use super::number::{any, latitude_deg, positive, turn_deg};
 use super::viewpoint::Viewpoint;
 use super::{Exit, Failure, Output, default_threads};
-use overfly::explain::Explanation;
-use overfly::geodesy::Geodetic;
-use overfly::locate::candidates::default_layer;
-use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly::raster::{ReducedFrame, read_colour_frame, read_large_frame};
-use overfly::store::Reader;
+use overfly_core::geodesy::Geodetic;
+use overfly_flight::frame::{ReducedFrame, read_colour_frame, read_large_frame};
+use overfly_flight::locate::candidates::default_layer;
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_lab::explain::Explanation;
+use overfly_store::Reader;
 use std::path::PathBuf;
 
 const HELP: &str = "\

@@ -3,11 +3,12 @@
 use super::evaluate::{default_right_m, make_folder};
 use super::number::{any, positive, share};
 use super::{Exit, Failure, Output, chosen_layer, default_threads, simulate};
-use overfly::navigate::{Clock, Mode, NavigateOptions, SensorSigmas};
-use overfly::report::{Flown, Mosaic, flown_page};
-use overfly::store::{Layer, Reader, StoreError};
-use overfly::tile::TILE_SIZE_PX;
-use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, ScaleSource, Spread, write_positions};
+use overfly_core::coupling::Mode;
+use overfly_core::tile::TILE_SIZE_PX;
+use overfly_flight::navigate::{Clock, NavigateOptions, SensorSigmas};
+use overfly_lab::report::{Flown, Mosaic, flown_page};
+use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, ScaleSource, Spread, write_positions};
+use overfly_store::{Layer, Reader, StoreError};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! `overfly info`: what is in a store.
 
 use super::{Exit, Failure, Output};
-use overfly::package::Manifest;
-use overfly::store::{Layer, Reader, Source, StoreError, hex};
+use overfly_store::package::Manifest;
+use overfly_store::{Layer, Reader, Source, StoreError, hex};
 use serde::Serialize;
 use std::path::PathBuf;
 

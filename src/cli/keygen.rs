@@ -1,7 +1,7 @@
 //! `overfly keygen`: a pair of keys to sign stores with.
 
 use super::{Exit, Failure, Output};
-use overfly::package::generate;
+use overfly_store::package::generate;
 use std::path::PathBuf;
 
 const HELP: &str = "\

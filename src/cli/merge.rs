@@ -1,7 +1,7 @@
 //! `overfly merge`: stores that were built apart, as one.
 
 use super::{Exit, Failure, Output};
-use overfly::build::{Conflict, MergeRequest, Merged, merge};
+use overfly_ingest::build::{Conflict, MergeRequest, Merged, merge};
 use std::path::PathBuf;
 
 const HELP: &str = "\

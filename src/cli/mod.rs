@@ -33,8 +33,8 @@ mod viewpoint;
 use clap::{Parser, Subcommand};
 pub use exit::{Exit, Failure};
 pub use output::Output;
-use overfly::locate::candidates::default_layer;
-use overfly::store::{Layer, Reader};
+use overfly_flight::locate::candidates::default_layer;
+use overfly_store::{Layer, Reader};
 use std::process::ExitCode;
 
 /// What every command has in common.

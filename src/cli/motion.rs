@@ -2,10 +2,10 @@
 
 use super::viewpoint::Viewpoint;
 use super::{Exit, Failure, Output};
-use overfly::camera::{Camera, View};
-use overfly::pixels::Gray;
-use overfly::raster::read_frame;
-use overfly::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
+use overfly_core::camera::{Camera, View};
+use overfly_core::pixels::Gray;
+use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
+use overfly_flight::frame::read_frame;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;

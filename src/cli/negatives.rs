@@ -3,10 +3,10 @@
 use super::evaluate::make_folder;
 use super::number::{positive, share};
 use super::{Exit, Failure, Output, chosen_layer, default_threads};
-use overfly::locate::Answer;
-use overfly::report::calibration_svg;
-use overfly::store::Reader;
-use overfly::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial, write_negatives};
+use overfly_flight::locate::Answer;
+use overfly_lab::report::calibration_svg;
+use overfly_lab::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial, write_negatives};
+use overfly_store::Reader;
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;

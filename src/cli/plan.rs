@@ -5,15 +5,15 @@ mod text;
 use super::evaluate::make_folder;
 use super::number::{positive, share};
 use super::{Exit, Failure, Output};
-use overfly::coupling::Calibration;
-use overfly::locate::candidates::default_layer;
-use overfly::plan::{
+use overfly_core::coupling::Calibration;
+use overfly_core::tile::gsd_at;
+use overfly_flight::locate::candidates::default_layer;
+use overfly_ingest::plan::{
     Forecast, RouteForecast, Sensitivity, Thresholds, read_aircraft, read_calibration, read_route, route_csv,
     route_geojson, sensitivity,
 };
-use overfly::report::{Mosaic, plan_html, plan_svgs};
-use overfly::store::{Layer, Reader};
-use overfly::tile::gsd_at;
+use overfly_lab::report::{Mosaic, plan_html, plan_svgs};
+use overfly_store::{Layer, Reader};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

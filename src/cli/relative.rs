@@ -1,8 +1,8 @@
 //! What `calibrate` and `experiment` have in common: registering the pairs, and saying what laws were found.
 
 use super::{Failure, Output};
-use overfly::coupling::PixelDriftLaw;
-use overfly::trial::{RelativeLaws, RelativeMeasurement, RelativeTrial};
+use overfly_core::coupling::PixelDriftLaw;
+use overfly_lab::trial::{RelativeLaws, RelativeMeasurement, RelativeTrial};
 
 /// Registers all pairs of a trial, with a bar; where JSON is wanted, a line each.
 pub fn measure(trial: &RelativeTrial, output: &Output) -> Result<RelativeMeasurement, Failure> {

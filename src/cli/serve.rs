@@ -4,10 +4,10 @@ mod allocator;
 
 use super::verify::today;
 use super::{Exit, Failure, Output};
+use crate::server::{Environment, Limits, Listen, Service, ServiceState, Supervisor, serve};
 use anyhow::Context;
-use overfly::package::{PublicKey, StalePolicy, open_onboard};
-use overfly::server::{Environment, Limits, Listen, Service, ServiceState, Supervisor, serve};
-use overfly::store::Reader;
+use overfly_store::Reader;
+use overfly_store::package::{PublicKey, StalePolicy, open_onboard};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -56,8 +56,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.onboard {
         allocator::spare();
     }
-    let listen: Listen =
-        args.listen.parse().map_err(|e: overfly::server::ListenError| Failure::unusable(e.code(), e))?;
+    let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose()?;
     log();
     log_panics();

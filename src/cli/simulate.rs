@@ -2,8 +2,8 @@
 
 use super::evaluate::make_folder;
 use super::{Exit, Failure, Output};
-use overfly::report::{simulated_page, simulated_svgs};
-use overfly::trial::simulation::{
+use overfly_lab::report::{simulated_page, simulated_svgs};
+use overfly_lab::trial::simulation::{
     Comparison, Family, Simulation, Summary, read_simulation, summarize, write_simulation,
 };
 use serde::Serialize;

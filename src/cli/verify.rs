@@ -1,7 +1,7 @@
 //! `overfly verify`: every hash, the digests, the signature, the SQLite and GeoPackage rules.
 
 use super::{Exit, Failure, Output};
-use overfly::package::{Date, PackageVerification, PublicKey, Verify, verify_package};
+use overfly_store::package::{Date, PackageVerification, PublicKey, Verify, verify_package};
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 

@@ -2,8 +2,8 @@
 
 use super::Failure;
 use super::number::{positive, tilt_deg};
-use overfly::camera::View;
-use overfly::trial::read_camera;
+use overfly_core::camera::View;
+use overfly_lab::trial::read_camera;
 use std::path::PathBuf;
 
 /// Ground sample distance, or height and camera.

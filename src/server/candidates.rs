@@ -5,9 +5,9 @@ use super::problem::Problem;
 use super::query::{Query, QueryError};
 use super::state::ServiceState;
 use super::work::Load;
-use crate::locate::candidates::{CandidateParameters, Candidates};
 use axum::Json;
 use axum::extract::{RawQuery, State};
+use overfly_flight::locate::candidates::{CandidateParameters, Candidates};
 
 /// Every parameter of this path.
 pub(super) const PARAMETERS: &[&str] = &[

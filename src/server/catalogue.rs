@@ -6,12 +6,12 @@ use super::problem::Problem;
 use super::query::{NoQuery, Query};
 use super::state::{Service, ServiceState};
 use super::work::Load;
-use crate::locate::coverage::{Coverage, coverage};
-use crate::store::Layer;
 use axum::Json;
 use axum::extract::{RawQuery, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
+use overfly_flight::locate::coverage::{Coverage, coverage};
+use overfly_store::Layer;
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -4,13 +4,13 @@ use super::export_jobs::Refusal;
 use super::form::FormError;
 use super::problem::without_path;
 use super::query::QueryError;
-use crate::camera::CameraError;
-use crate::locate::LocateError;
-use crate::locate::candidates::CandidatesError;
-use crate::raster::FrameError;
-use crate::store::StoreError;
-use crate::tile::TileError;
 use axum::http::StatusCode;
+use overfly_core::camera::CameraError;
+use overfly_core::tile::TileError;
+use overfly_flight::frame::FrameError;
+use overfly_flight::locate::LocateError;
+use overfly_flight::locate::candidates::CandidatesError;
+use overfly_store::StoreError;
 
 /// Why a request has no answer.
 #[derive(Debug, thiserror::Error)]

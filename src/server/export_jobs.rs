@@ -2,9 +2,10 @@
 
 use super::error::ServerError;
 use super::exports::{ExportParameters, ExportProgress};
-use crate::package::{ExportRequest, Exported, PackageError, export};
-use crate::store::{Reader, StoreError};
 use axum::http::StatusCode;
+use overfly_ingest::export::ExportError;
+use overfly_ingest::export::{ExportRequest, Exported, export};
+use overfly_store::{Reader, StoreError};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -145,7 +146,7 @@ impl Refusal {
     }
 
     /// In words without the server's own paths, which are no caller's business.
-    fn of(error: &PackageError, paths: [&Path; 2]) -> Self {
+    fn of(error: &ExportError, paths: [&Path; 2]) -> Self {
         let text = error.to_string();
         let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));
         let status = if error.is_unusable_input() {

@@ -8,14 +8,15 @@ use super::problem::Problem;
 use super::query::NoQuery;
 use super::range::Asked;
 use super::state::ServiceState;
-use crate::package::{Date, ExportRequest};
-use crate::plan::Route;
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, PathRejection};
 use axum::extract::{Path, Request, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use overfly_ingest::export::ExportRequest;
+use overfly_ingest::plan::parse_routes;
+use overfly_store::package::Date;
 use serde::{Deserialize, Serialize};
 use std::path::Path as FilePath;
 use tower_http::services::ServeFile;
@@ -49,7 +50,7 @@ pub struct ExportParameters {
 impl ExportParameters {
     fn request(&self) -> Result<ExportRequest, ServerError> {
         let wrong = |name, reason: String| ServerError::Parameter { name, reason };
-        let routes = Route::all_from_text(&self.route.to_string()).map_err(|reason| wrong("route", reason))?;
+        let routes = parse_routes(&self.route.to_string()).map_err(|reason| wrong("route", reason))?;
         if !(self.corridor_m.is_finite() && self.corridor_m > 0.0) {
             return Err(wrong("corridor_m", "expected metres, more than 0".into()));
         }
@@ -147,7 +148,7 @@ async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request
     if unchanged(request.headers(), &tag) {
         return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag)]).into_response());
     }
-    let failed = |e| crate::store::StoreError::io(path, e);
+    let failed = |e| overfly_store::StoreError::io(path, e);
     let len = tokio::fs::metadata(path).await.map_err(failed)?.len();
     let headers = request.headers_mut();
     // What was begun of another file is not gone on with (RFC 9110, 13.1.5).

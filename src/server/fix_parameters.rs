@@ -1,9 +1,9 @@
 //! `FixParameters`: the `request` part of a fix, named as the command line's flags are.
 
 use super::error::ServerError;
-use crate::camera::{Intrinsics, View};
-use crate::geodesy::{Geodetic, MAX_LATITUDE_DEG};
-use crate::locate::{FixRequest, HeadingPrior, LocateError, PositionPrior};
+use overfly_core::camera::{Intrinsics, View};
+use overfly_core::geodesy::{Geodetic, MAX_LATITUDE_DEG};
+use overfly_flight::locate::{FixRequest, HeadingPrior, LocateError, PositionPrior};
 use serde::Deserialize;
 use utoipa::ToSchema;
 

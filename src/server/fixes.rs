@@ -7,11 +7,11 @@ use super::problem::Problem;
 use super::query::NoQuery;
 use super::state::ServiceState;
 use super::work::Load;
-use crate::locate::{Answer, candidates::default_layer, locate_while};
 use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
+use overfly_flight::locate::{Answer, candidates::default_layer, locate_while};
 
 /// The form of a fix.
 #[derive(utoipa::ToSchema)]

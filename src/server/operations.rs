@@ -40,8 +40,8 @@ pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<String, 
 }
 
 /// A window on the map that costs nothing to look through: one micrometre in the middle of the world.
-fn peephole() -> crate::tile::MercatorBounds {
-    crate::tile::MercatorBounds { min_x_m: 0.0, min_y_m: 0.0, max_x_m: 1e-6, max_y_m: 1e-6 }
+fn peephole() -> overfly_core::tile::MercatorBounds {
+    overfly_core::tile::MercatorBounds { min_x_m: 0.0, min_y_m: 0.0, max_x_m: 1e-6, max_y_m: 1e-6 }
 }
 
 /// Prometheus's exposition text.

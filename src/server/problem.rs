@@ -76,8 +76,8 @@ impl IntoResponse for ServerError {
         }
         let detail = match &self {
             ServerError::Store(error)
-            | ServerError::Candidates(crate::locate::candidates::CandidatesError::Store(error))
-            | ServerError::Locate(crate::locate::LocateError::Store(error)) => without_path(error),
+            | ServerError::Candidates(overfly_flight::locate::candidates::CandidatesError::Store(error))
+            | ServerError::Locate(overfly_flight::locate::LocateError::Store(error)) => without_path(error),
             other => other.to_string(),
         };
         Problem::new(status, self.code(), detail, self.parameter()).into_response()
@@ -85,7 +85,7 @@ impl IntoResponse for ServerError {
 }
 
 /// A store's message without the server's own path, which is no caller's business.
-pub(super) fn without_path(error: &crate::store::StoreError) -> String {
+pub(super) fn without_path(error: &overfly_store::StoreError) -> String {
     let text = error.to_string();
     text.split_once(": ").map_or(text.clone(), |(_, rest)| rest.to_owned())
 }

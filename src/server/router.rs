@@ -103,12 +103,12 @@ async fn problems_only(request: Request, next: Next) -> Response {
 mod tests {
     use super::super::state::Limits;
     use super::*;
-    use crate::feature::keypoint::CONTRACT;
-    use crate::pixels::{Colour, Mask, MaskedColour};
-    use crate::store::{BuiltTile, Declaration, Reader, TileContent, Writer};
-    use crate::tile::TileId;
     use axum::body::{Body, to_bytes};
     use axum::routing::get;
+    use overfly_core::feature::keypoint::CONTRACT;
+    use overfly_core::pixels::{Colour, Mask, MaskedColour};
+    use overfly_core::tile::TileId;
+    use overfly_store::{BuiltTile, Declaration, Reader, TileContent, Writer};
     use tower::ServiceExt;
 
     fn state(folder: &std::path::Path) -> ServiceState {

@@ -4,10 +4,10 @@ use super::error::ServerError;
 use super::export_jobs::ExportJobs;
 use super::metrics::Metrics;
 use super::work::Work;
-use crate::locate::candidates::{MAX_TILES, Residents};
-use crate::pixels::Gray;
-use crate::raster::{FrameBounds, decode_frame_within};
-use crate::store::{Keep, Reader};
+use overfly_core::pixels::Gray;
+use overfly_flight::frame::{FrameBounds, decode_frame_within};
+use overfly_flight::locate::candidates::{MAX_TILES, Residents};
+use overfly_store::{Keep, Reader};
 use std::sync::Arc;
 use std::time::Duration;
 

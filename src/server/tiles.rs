@@ -6,14 +6,14 @@ use super::problem::Problem;
 use super::query::NoQuery;
 use super::state::ServiceState;
 use super::work::Load;
-use crate::store::Layer;
-use crate::tile::{TILE_SIZE_PX, TileId};
 use axum::Json;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
+use overfly_core::tile::{TILE_SIZE_PX, TileId};
+use overfly_store::Layer;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -34,7 +34,7 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
             .ok_or_else(|| ServerError::TileIndex { what, found: text.chars().take(64).collect() })
     };
     let (z, x, y) = (whole("z", &z)?, whole("x", &x)?, whole("y", &y)?);
-    let zoom = u8::try_from(z).map_err(|_| ServerError::TileName(crate::tile::TileError::Zoom { zoom: z }))?;
+    let zoom = u8::try_from(z).map_err(|_| ServerError::TileName(overfly_core::tile::TileError::Zoom { zoom: z }))?;
     Ok((layer, TileId::new(zoom, x, y).map_err(ServerError::TileName)?))
 }
 
@@ -70,7 +70,7 @@ pub(super) async fn image(
             encoded.ok_or(ServerError::NoTile { layer, z, x, y })
         })
         .await??;
-    let tag = etag(&crate::store::hex(&found.content_hash));
+    let tag = etag(&overfly_store::hex(&found.content_hash));
     if unchanged(&headers, &tag) {
         return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag), (CACHE_CONTROL, CACHE.into())]).into_response());
     }

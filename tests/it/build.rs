@@ -1,9 +1,9 @@
 //! A build makes a layer that is a function of its set of sources, whatever the order, the threads and the history.
 
-use crate::drawn::{CRS, orthophoto};
-use overfly::build::{self, BuildError, Request, Summary};
-use overfly::store::{Reader, verify};
-use overfly::tile::MercatorBounds;
+use overfly_core::tile::MercatorBounds;
+use overfly_ingest::build::{self, BuildError, Request, Summary};
+use overfly_store::{Reader, verify};
+use overfly_testkit::drawn::{CRS, orthophoto};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -227,7 +227,7 @@ fn layers_do_not_touch_each_other() {
     let ortho = reader.layer("ortho").unwrap();
     let found = reader.footprints_in(ortho, ortho.base_zoom, &EVERYWHERE).unwrap();
     assert_eq!(found.len() as u64, ortho.base_tiles);
-    overfly::store::remove_layer(&db, "2021").unwrap();
+    overfly_store::remove_layer(&db, "2021").unwrap();
     assert_eq!(Reader::open(&db).unwrap().digest(), alone);
     assert!(verify(&db, &|_, _| ()).unwrap().ok);
 }

@@ -1,6 +1,6 @@
 //! `overfly calibrate` measures this machine and writes what `overfly plan` reads.
 
-use overfly::coupling::Calibration;
+use overfly_core::coupling::Calibration;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;

@@ -1,12 +1,12 @@
 //! No tile that meets the region is ever missing: candidates against brute force over random stores, layers,
 //! latitudes to 85 degrees, and across the antimeridian.
 
-use overfly::feature::keypoint::CONTRACT;
-use overfly::geodesy::{Enu, Geodetic, LocalFrame};
-use overfly::locate::candidates::{CandidateQuery, Residents, candidates};
-use overfly::region::{ImageOnGround, Uncertainty};
-use overfly::store::{BuiltTile, Declaration, Reader, TileContent, Writer};
-use overfly::tile::{TileId, zoom_for_gsd};
+use overfly_core::feature::keypoint::CONTRACT;
+use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::region::{ImageOnGround, Uncertainty};
+use overfly_core::tile::{TileId, zoom_for_gsd};
+use overfly_flight::locate::candidates::{CandidateQuery, Residents, candidates};
+use overfly_store::{BuiltTile, Declaration, Reader, TileContent, Writer};
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use std::collections::BTreeSet;

@@ -1,18 +1,18 @@
 //! Whatever goes wrong with disk or power, what is written is the old or the new, and what is read is right or refused.
 //! The short form; `examples/faults` is the long one.
 
-use crate::drawn::{CRS, drawn_store, orthophoto, project};
 use crate::export::{drawn_request, export_to, request, route};
-use crate::faults::bench::{Bench, End};
-use crate::faults::operation::operations;
-use crate::faults::reading::{ReadTally, readings};
-use crate::faults::serving::Serving;
-use crate::faults::shim::{Fault, Kind};
-use crate::faults::tally::Tally;
-use crate::injury::a_day;
-use overfly::build::{self, Request};
-use overfly::package::{Verify, verify_package};
-use overfly::store::Reader;
+use overfly_ingest::build::{self, Request};
+use overfly_store::Reader;
+use overfly_store::package::{Verify, verify_package};
+use overfly_testkit::drawn::{CRS, drawn_store, orthophoto, project};
+use overfly_testkit::faults::bench::{Bench, End};
+use overfly_testkit::faults::operation::operations;
+use overfly_testkit::faults::reading::{ReadTally, readings};
+use overfly_testkit::faults::serving::Serving;
+use overfly_testkit::faults::shim::{Fault, Kind};
+use overfly_testkit::faults::tally::Tally;
+use overfly_testkit::injury::a_day;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -105,7 +105,7 @@ fn a_store_cut_off_at_any_page_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (exported, built) = (folder.path().join("exported.gpkg"), folder.path().join("built.gpkg"));
     export_to(drawn_store(), &request(route([15.612, 48.4915], [15.6125, 48.4915]), 30.0), &exported);
-    let tile = overfly::tile::TileId::new(3, 1, 1).unwrap();
+    let tile = overfly_core::tile::TileId::new(3, 1, 1).unwrap();
     super::store::store_of(&built, "ortho", &[tile], 5);
     for store in [exported, built] {
         let how = Verify { key: None, today: a_day(), every_tile: false };

@@ -1,15 +1,15 @@
 //! Onboard life: a soak in short, whoever watches the service, a clock that jumps, and that nothing is written anywhere.
 
-use super::drawn::drawn_store;
 use super::export::{export_to, request, route};
-use super::soak::client::{Serving, get};
-use super::soak::fault::{FAULTS, endure};
-use super::soak::question::{Expected, Kind, Pool, Questions, Verdict, weigh};
-use super::soak::{Plan, soak};
-use overfly::camera::View;
-use overfly::locate::{FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
-use overfly::raster::decode_frame;
-use overfly::store::{Keep, Reader};
+use overfly_core::camera::View;
+use overfly_flight::frame::decode_frame;
+use overfly_flight::locate::{FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
+use overfly_store::{Keep, Reader};
+use overfly_testkit::drawn::drawn_store;
+use overfly_testkit::soak::client::{Serving, get};
+use overfly_testkit::soak::fault::{FAULTS, endure};
+use overfly_testkit::soak::question::{Expected, Kind, Pool, Questions, Verdict, weigh};
+use overfly_testkit::soak::{Plan, soak};
 use std::fs::{self, Permissions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::fs::PermissionsExt;

@@ -12,7 +12,7 @@ fn overfly(folder: &Path, words: &[&str]) -> (Option<i32>, String, String) {
 
 /// A photo of the project's own tiles.
 fn photo(name: &str) -> String {
-    crate::drawn::project("tiles/epoch_1").join(name).display().to_string()
+    overfly_testkit::drawn::project("tiles/epoch_1").join(name).display().to_string()
 }
 
 /// The summary: the last line.
@@ -161,7 +161,8 @@ fn says_which_photo_or_option_it_cannot_use() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("text.jpg"), "no picture").unwrap();
     std::fs::write(folder.path().join("torn.tif"), b"II*\0\xff\xff\xff\xff").unwrap();
-    let (west, deep) = (photo("west.jpg"), crate::drawn::project("tests/fixtures/uint16.tif").display().to_string());
+    let (west, deep) =
+        (photo("west.jpg"), overfly_testkit::drawn::project("tests/fixtures/uint16.tif").display().to_string());
     let cases: [(&[&str], &str, &str); 7] = [
         (&[], "usage", "PHOTO"),
         (&["none.jpg"], "image_unreadable", "none.jpg"),
@@ -181,7 +182,7 @@ fn says_which_photo_or_option_it_cannot_use() {
 /// Brighton's photos, where they are: the figures that the README states come out again but for the times.
 #[test]
 fn real_photos_need_a_tenth_of_the_papers_matches() {
-    let photos = crate::drawn::project("../shared/data/brighton/photos");
+    let photos = overfly_testkit::drawn::project("../shared/data/brighton/photos");
     if !photos.exists() {
         eprintln!("SKIPPED: no photos in {}", photos.display());
         return;

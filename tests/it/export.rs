@@ -1,16 +1,19 @@
 //! An export holds what a flight needs and nothing else changes: answers, bytes, rules.
 
-use crate::drawn::{drawn_store, project};
-use overfly::build::{self, Request};
-use overfly::geodesy::{Geodesic, Geodetic, LocalFrame, MercatorPoint, destination};
-use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, Reason, locate};
-use overfly::package::{ExportRequest, Exported, PackageError, Verify, export, verify_package};
-use overfly::plan::Route;
-use overfly::raster::read_frame;
-use overfly::region::{ImageOnGround, Region, Uncertainty};
-use overfly::store::Reader;
-use overfly::tile::TileId;
-use overfly::trial::{Flight, Frame};
+use overfly_core::geodesy::{Geodesic, Geodetic, LocalFrame, MercatorPoint, destination};
+use overfly_core::region::{ImageOnGround, Region, Uncertainty};
+use overfly_core::route::Route;
+use overfly_core::tile::TileId;
+use overfly_flight::frame::read_frame;
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, Reason, locate};
+use overfly_ingest::build::{self, Request};
+use overfly_ingest::export::ExportError;
+use overfly_ingest::export::{ExportRequest, Exported, export};
+use overfly_ingest::plan::parse_routes;
+use overfly_lab::trial::{Flight, Frame};
+use overfly_store::Reader;
+use overfly_store::package::{Verify, verify_package};
+use overfly_testkit::drawn::{drawn_store, project};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -18,7 +21,7 @@ use std::process::Command;
 /// Straight east across the drawn landscape, over the first row of its flight.
 pub fn route(from_deg: [f64; 2], to_deg: [f64; 2]) -> Vec<Route> {
     let line = serde_json::json!({"type": "LineString", "coordinates": [from_deg, to_deg]});
-    Route::all_from_text(&line.to_string()).unwrap()
+    parse_routes(&line.to_string()).unwrap()
 }
 
 pub fn request(routes: Vec<Route>, corridor_m: f64) -> ExportRequest {
@@ -109,7 +112,7 @@ fn takes_every_tile_that_brute_force_says_and_none_far_off() {
                 assert_eq!(there.is_some(), here.is_some(), "{beside}, beside {tile}");
             }
         }
-        let how = Verify { key: None, today: crate::injury::a_day(), every_tile: true };
+        let how = Verify { key: None, today: overfly_testkit::injury::a_day(), every_tile: true };
         let verified = verify_package(&out, &how, &|_, _| ()).unwrap();
         assert!(verified.store.ok && verified.sealed && verified.tile_by_tile, "{verified:?}");
     }
@@ -126,7 +129,7 @@ fn the_same_request_gives_the_same_bytes_whatever_the_routes_format() {
     // Over an older file, which goes away only when the new one is whole.
     std::fs::copy(drawn_store().path(), &b).unwrap();
     for (text, out) in [(gpx, &b), (kml, &c)] {
-        export_to(drawn_store(), &request(Route::all_from_text(text).unwrap(), 300.0), out);
+        export_to(drawn_store(), &request(parse_routes(text).unwrap(), 300.0), out);
         assert!(std::fs::read(&a).unwrap() == std::fs::read(out).unwrap());
     }
     assert_eq!(names(folder.path()), ["a", "b", "c"], "nothing is left beside");
@@ -175,7 +178,7 @@ fn searches_inside_the_corridor_answer_as_over_the_full_store_and_outside_say_so
     // Half an image's diagonal (270 m), the prior's corner (57 m), a third of its edge (116 m), and 10 m off the route.
     let corridor_m = 455.0;
     export_to(full, &request(routes, corridor_m), &out);
-    let cut = overfly::package::open_onboard(&out, None, &[], crate::injury::a_day()).unwrap().store;
+    let cut = overfly_store::package::open_onboard(&out, None, &[], overfly_testkit::injury::a_day()).unwrap().store;
     let (mut inside, mut outside) = (0, 0);
     for (path, truth, request) in frames() {
         let near = LocalFrame::at(truth);
@@ -275,12 +278,12 @@ fn naip_along_three_kilometres_answers_as_the_full_store() {
 fn no_search_of_an_aircraft_that_drifts_along_the_route_reaches_beyond() {
     let store = drawn_store();
     let layer = store.layer("ortho").unwrap();
-    let aircraft: overfly::plan::Aircraft = toml::from_str(
+    let aircraft: overfly_ingest::plan::Aircraft = toml::from_str(
         "speed_mps = 30\nmin_turn_radius_m = 400\nwidth_px = 200\nheight_px = 150\ngsd_m_per_px = 1\nunit_drift_m = 0.02\ninaccuracy_m = 10\n",
     )
     .unwrap();
-    let parameters = aircraft.parameters(&overfly::coupling::Calibration::PROJECT, None).unwrap();
-    let drift = overfly::package::Drift(parameters);
+    let parameters = aircraft.parameters(&overfly_core::coupling::Calibration::PROJECT, None).unwrap();
+    let drift = overfly_ingest::export::Drift(parameters);
     let routes = route([15.6010, 48.4961], [15.6080, 48.4965]);
     let points = routes[0].every(25.0).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -327,7 +330,7 @@ fn drops_in_the_stated_order_and_refuses_what_cannot_be_made_so_small() {
     let imagery = |e: &Exported| e.parts.iter().map(|p| p.bytes.imagery).sum::<u64>();
     assert!(imagery(&rough) < imagery(&whole) && rough.dropped[0].what.contains("JPEG 40"), "{rough:?}");
     assert!(Reader::open(&out).unwrap().manifest().unwrap().contains("JPEG 40 instead of 90, as asked"));
-    let how = Verify { key: None, today: crate::injury::a_day(), every_tile: true };
+    let how = Verify { key: None, today: overfly_testkit::injury::a_day(), every_tile: true };
     assert!(verify_package(&out, &how, &|_, _| ()).unwrap().store.ok);
     let coarser = export_to(store, &with(smaller.bytes - 1), &out);
     assert!(coarser.dropped[1].what.starts_with("level 1") && coarser.dropped[1].effect.contains("pixels are"));
@@ -364,7 +367,7 @@ fn a_damaged_tile_is_never_exported() {
     connection.execute("UPDATE ortho SET tile_data = substr(tile_data, 1, length(tile_data) - 1)", []).unwrap();
     drop(connection);
     let refused = export(&Reader::open(&db).unwrap(), &drawn_request(), &out, &|_, _| ()).unwrap_err();
-    assert!(matches!(&refused, PackageError::Store(e) if e.code() == "damaged_store"), "{refused}");
+    assert!(matches!(&refused, ExportError::Store(e) if e.code() == "damaged_store"), "{refused}");
     assert_eq!(names(folder.path()), ["s.gpkg"]);
 }
 
@@ -449,14 +452,17 @@ fn no_injury_is_missed_and_no_answer_is_wrong_after_one() {
     let folder = tempfile::tempdir().unwrap();
     let (out, copy) = (folder.path().join("cut.gpkg"), folder.path().join("injured.gpkg"));
     export_to(drawn_store(), &drawn_request(), &out);
-    let sound = crate::injury::Sound::of(&out);
+    let sound = overfly_testkit::injury::Sound::of(&out);
     let injuries = sound.injuries(240, 30, 30, 7);
     let (path, truth, asked) = frames().swap_remove(2);
     let frame = read_frame(&path).unwrap();
     let (mut count, mut fixes) = (0, 0);
     let tally = sound.endure(&copy, &injuries, |path, tally| {
         count += 1;
-        let Ok(onboard) = overfly::package::open_onboard(path, None, &[], crate::injury::a_day()) else { return };
+        let Ok(onboard) = overfly_store::package::open_onboard(path, None, &[], overfly_testkit::injury::a_day())
+        else {
+            return;
+        };
         // A fix over what is left is the right one, or there is none.
         if let (0, Ok(Answer::Fix(fix))) = (count % 5, locate(&onboard.store, &frame, &asked, 2)) {
             let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).unwrap();

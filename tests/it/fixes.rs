@@ -1,13 +1,13 @@
 //! A fix is right or is none: on the project's own drawn tiles always, on real imagery where it is present.
 
-use crate::drawn::{built, drawn_store as drawn, project};
-use overfly::camera::View;
-use overfly::geodesy::Geodetic;
-use overfly::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
-use overfly::pixels::Gray;
-use overfly::raster::read_frame;
-use overfly::store::Reader;
-use overfly::trial::{FixOutcome, FixScore, FixTrial, Flight};
+use overfly_core::camera::View;
+use overfly_core::geodesy::Geodetic;
+use overfly_core::pixels::Gray;
+use overfly_flight::frame::read_frame;
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, Flight};
+use overfly_store::Reader;
+use overfly_testkit::drawn::{built, drawn_store as drawn, project};
 use std::path::{Path, PathBuf};
 
 fn trial() -> FixTrial {
@@ -67,7 +67,7 @@ fn stated_covariances_are_those_of_the_errors() {
 fn the_number_of_threads_does_not_change_the_answer() {
     let (frame, request) = drawn_frame(3);
     let answers = [1, 2, 5].map(|threads| match locate(drawn(), &frame, &request, threads).unwrap() {
-        Answer::Fix(fix) => overfly::locate::Fix { elapsed_ms: 0.0, ..fix },
+        Answer::Fix(fix) => overfly_flight::locate::Fix { elapsed_ms: 0.0, ..fix },
         Answer::NoFix(no_fix) => panic!("{no_fix:?}"),
     });
     assert!(answers[0] == answers[1] && answers[1] == answers[2]);

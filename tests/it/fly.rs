@@ -1,8 +1,9 @@
 //! A flight in a closed loop: every mode holds its position within its own ellipse, bears troubles, and is replayed alike.
 
-use crate::drawn::{drawn_store, project};
-use overfly::navigate::{Clock, Mode, NavigateOptions, SensorSigmas};
-use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+use overfly_core::coupling::Mode;
+use overfly_flight::navigate::{Clock, NavigateOptions, SensorSigmas};
+use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+use overfly_testkit::drawn::{drawn_store, project};
 
 /// What counts as right on ground of 1 m a pixel.
 const RIGHT_M: f64 = 10.0;

@@ -1,7 +1,7 @@
 //! GIS tools open a store as it is, and read the imagery that they would have made themselves. Skipped where GDAL's
 //! programs or the data are absent.
 
-use overfly::build::{self, Request};
+use overfly_ingest::build::{self, Request};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,11 +1,11 @@
 //! Frames that show little or nothing of the ground end in `no_fix` or in a right fix, never in a panic.
 
-use crate::drawn::{drawn_store, project};
-use overfly::geodesy::{Geodetic, LocalFrame};
-use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly::pixels::Gray;
-use overfly::raster::read_frame;
-use overfly::trial::{Flight, Frame};
+use overfly_core::geodesy::{Geodetic, LocalFrame};
+use overfly_core::pixels::Gray;
+use overfly_flight::frame::read_frame;
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_lab::trial::{Flight, Frame};
+use overfly_testkit::drawn::{drawn_store, project};
 
 fn flight() -> Flight {
     Flight::read(&project("tiles/flight")).unwrap()
@@ -102,7 +102,7 @@ fn tiny_frames_of_any_kind_are_no_fix() {
     for (width, height) in [(16, 16), (1, 1), (2, 300), (300, 2)] {
         let gray = Gray::from_values(width, height, (0..width * height).map(|i| noise(i, 3)).collect()).unwrap();
         for gsd_m_per_px in [0.01, 1.3, 26.0] {
-            let view = overfly::camera::View::Nadir { gsd_m_per_px };
+            let view = overfly_core::camera::View::Nadir { gsd_m_per_px };
             let request = FixRequest { view, ..request(&flight, frame, true) };
             let found = error_m(&gray, &request, frame.true_position.unwrap());
             assert_eq!(found, None, "{width} x {height} at {gsd_m_per_px} m");

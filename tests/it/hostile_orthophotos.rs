@@ -1,7 +1,7 @@
 //! Headers that lie: a clear error that names the file, no panic, no memory for what is only promised.
 
-use overfly::raster::{OpenOptions, Orthophoto, RasterError};
-use overfly::tile::TileId;
+use overfly_core::tile::TileId;
+use overfly_ingest::raster::{OpenOptions, Orthophoto, RasterError};
 use std::path::PathBuf;
 
 /// A little-endian TIFF of one directory: (tag, type, values), types 3 short, 4 long, 12 double.
@@ -81,7 +81,7 @@ fn outcome(bytes: &[u8]) -> Result<bool, RasterError> {
     let folder = tempfile::tempdir().unwrap();
     let path: PathBuf = folder.path().join("hostile.tif");
     std::fs::write(&path, bytes).unwrap();
-    let centre = overfly::geodesy::Geodetic::from_degrees(49.97, 10.03).unwrap();
+    let centre = overfly_core::geodesy::Geodetic::from_degrees(49.97, 10.03).unwrap();
     let source = Orthophoto::open(&path, &OpenOptions::default())?;
     Ok(source.warp(TileId::containing(centre, 9).unwrap())?.is_some())
 }

@@ -1,13 +1,13 @@
 //! Exports over HTTP: the file that the command line writes, whole or in ranges; on the ground only.
 
-use crate::drawn::drawn_store;
 use crate::export::{drawn_request, export_to};
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::header::{CONTENT_RANGE, CONTENT_TYPE, ETAG, HeaderName, IF_NONE_MATCH, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderMap, Request, StatusCode};
 use overfly::server::{Limits, Service, ServiceState, router};
-use overfly::store::Reader;
+use overfly_store::Reader;
+use overfly_testkit::drawn::drawn_store;
 use serde_json::{Value, json};
 use tower::ServiceExt;
 

@@ -1,7 +1,7 @@
 //! A build killed at any moment goes on where it stopped and ends as an undisturbed one. `OVERFLY_KILLS=30` kills more often.
 
-use crate::drawn::{CRS, orthophoto};
-use overfly::store::{Reader, verify};
+use overfly_store::{Reader, verify};
+use overfly_testkit::drawn::{CRS, orthophoto};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};

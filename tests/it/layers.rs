@@ -296,7 +296,7 @@ fn unwrap_stays_in_tests() {
 
 #[test]
 fn the_rules_themselves_see_what_they_forbid() {
-    let code = "use crate::store::{Reader, Writer};\nuse crate::{server, tile::{TileId, Gsd}, geodesy};\nfn f() { crate::trial::x() }";
+    let code = "use overfly_store::{Reader, Writer};\nuse crate::{server, tile::{TileId, Gsd}, geodesy};\nfn f() { overfly_lab::trial::x() }";
     assert_eq!(neighbours(code), ["store", "server", "tile", "geodesy", "trial"]);
     assert!(!without_strings(&without_comments("let a = \"Instant\"; // SystemTime")).contains("Instant"));
 }

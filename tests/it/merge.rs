@@ -1,8 +1,8 @@
 //! Stores that were built apart become what one build of all their sources makes, or are refused.
 
-use crate::drawn::project;
-use overfly::build::{self, BuildError, Conflict, MergeError, MergeRequest, Merged, Request, merge};
-use overfly::store::{Reader, verify};
+use overfly_ingest::build::{self, BuildError, Conflict, MergeError, MergeRequest, Merged, Request, merge};
+use overfly_store::{Reader, verify};
+use overfly_testkit::drawn::project;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -132,6 +132,6 @@ fn what_does_not_fit_is_refused_and_nothing_is_written() {
     let error = merged(&[&west, &east], &east, Conflict::Newest).unwrap_err();
     assert_eq!(error.code(), "same_file");
     let exported = at("exported.gpkg");
-    crate::export::export_to(crate::drawn::drawn_store(), &crate::export::drawn_request(), &exported);
+    crate::export::export_to(overfly_testkit::drawn::drawn_store(), &crate::export::drawn_request(), &exported);
     assert_eq!(refused(&[&west, &exported], Conflict::Newest), "sealed_store");
 }

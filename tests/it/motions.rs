@@ -1,6 +1,6 @@
 //! Relative registration on real consecutive photos: registered, and in agreement with the sensors.
 
-use overfly::trial::{Flight, LegScore, SensorSigmas, run_legs};
+use overfly_lab::trial::{Flight, LegScore, SensorSigmas, run_legs};
 use std::path::Path;
 
 /// All legs of a flight beside the repository; `None`, loudly, where it is not there.

@@ -1,7 +1,7 @@
 //! Searches in which every fix would be false: none is accepted, and the trials hang on their seed alone.
 
-use crate::drawn::{drawn_store, project};
-use overfly::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial};
+use overfly_lab::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial};
+use overfly_testkit::drawn::{drawn_store, project};
 
 fn trial(threads: usize) -> NegativeTrial {
     NegativeTrial {
@@ -58,7 +58,7 @@ fn elsewhere_is_searched_where_the_frame_is_not() {
         assert_eq!(o.search.is_some(), o.region == 1.0);
         let Some(search) = &o.search else { continue };
         let truth = flight.frames.iter().find(|f| f.image == o.image).unwrap().true_position.unwrap();
-        let off = overfly::geodesy::LocalFrame::at(truth).enu_from_geodetic(search.prior);
+        let off = overfly_core::geodesy::LocalFrame::at(truth).enu_from_geodetic(search.prior);
         assert!(off.east_m.abs().max(off.north_m.abs()) > 300.0 + 200.0, "{off:?}");
         assert!(search.searched_ratio > 0.2 && search.searched_ratio < 1.1, "{}", search.searched_ratio);
     }

@@ -1,7 +1,7 @@
 //! Onboard: from a read-only folder, as an unprivileged user, everything is answered and nothing is left behind.
 
-use overfly::geodesy::{Geodetic, geodesic_between};
-use overfly::tile::TileId;
+use overfly_core::geodesy::{Geodetic, geodesic_between};
+use overfly_core::tile::TileId;
 use std::collections::BTreeMap;
 use std::fs::{self, Permissions};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -230,8 +230,8 @@ fn a_unix_socket_is_served_and_removed() {
 fn a_damaged_tile_is_neither_served_nor_matched_and_health_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let db = folder.path().join("cut.gpkg");
-    super::export::export_to(super::drawn::drawn_store(), &super::export::drawn_request(), &db);
-    let reader = overfly::store::Reader::open(&db).unwrap();
+    super::export::export_to(overfly_testkit::drawn::drawn_store(), &super::export::drawn_request(), &db);
+    let reader = overfly_store::Reader::open(&db).unwrap();
     let layer = reader.layer("ortho").unwrap();
     let tiles = reader.footprints(layer, layer.base_zoom).unwrap();
     let (bad, good) = (tiles[0].tile, tiles[tiles.len() - 1].tile);

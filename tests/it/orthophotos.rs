@@ -2,10 +2,11 @@
 //!
 //! The files are made by `tests/fixtures/make.py`, which states their pixels.
 
-use overfly::geodesy::{Crs, DatumShift, Definition, Ellipsoid, Geodetic, Method};
-use overfly::pixels::MaskedColour;
-use overfly::raster::{OpenOptions, Orthophoto, RasterError};
-use overfly::tile::{TileId, WorldPixel, zoom_for_gsd};
+use overfly_core::geodesy::Geodetic;
+use overfly_core::pixels::MaskedColour;
+use overfly_core::tile::{TileId, WorldPixel, zoom_for_gsd};
+use overfly_ingest::crs::{Crs, DatumShift, Definition, Ellipsoid, Method};
+use overfly_ingest::raster::{OpenOptions, Orthophoto, RasterError};
 use std::path::{Path, PathBuf};
 
 /// Where the aligned fixtures lie: pixel (100, 200) of this tile.

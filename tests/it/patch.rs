@@ -1,14 +1,14 @@
 //! A patch makes of the old store the new one, to the digest (an exported one to the byte), or nothing at all.
 
-use crate::drawn::{drawn_store, project};
 use crate::export::{drawn_request, export_to};
-use crate::injury::a_day;
-use overfly::build::{self, Request};
-use overfly::package::{
-    ApplyRequest, Difference, ExportRequest, PackageError, PatchHeader, PublicKey, SecretKey, apply, diff, generate,
-    write_patch,
+use overfly_ingest::build::{self, Request};
+use overfly_ingest::export::ExportRequest;
+use overfly_store::Reader;
+use overfly_store::package::{
+    ApplyRequest, Difference, PackageError, PatchHeader, PublicKey, SecretKey, apply, diff, generate, write_patch,
 };
-use overfly::store::Reader;
+use overfly_testkit::drawn::{drawn_store, project};
+use overfly_testkit::injury::a_day;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -79,7 +79,7 @@ fn makes_one_built_store_of_the_other_and_back() {
     assert!(!applied(&store, &there, None).unwrap(), "applied once more it changes nothing");
     let result = Reader::open(&store).unwrap();
     assert_eq!(result.digest(), new.digest());
-    assert!(overfly::store::verify(&store, &|_, _| ()).unwrap().ok);
+    assert!(overfly_store::verify(&store, &|_, _| ()).unwrap().ok);
     assert!(diff(&result, &new).unwrap().layers.iter().all(|l| l.added + l.changed + l.removed == 0));
     // What tiles were made from came along: a build has nothing to do.
     let request =

@@ -1,11 +1,11 @@
 //! Any registration can be drawn, with a fix and without.
 
-use crate::drawn::{drawn_store, project};
-use overfly::explain::Explanation;
-use overfly::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly::pixels::Colour;
-use overfly::raster::read_colour_frame;
-use overfly::trial::Flight;
+use overfly_core::pixels::Colour;
+use overfly_flight::frame::read_colour_frame;
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_lab::explain::Explanation;
+use overfly_lab::trial::Flight;
+use overfly_testkit::drawn::{drawn_store, project};
 
 fn pages(frame: &Colour, position: PositionPrior) -> (Answer, Vec<(&'static str, Vec<u8>)>) {
     let flight = Flight::read(&project("tiles/flight")).unwrap();

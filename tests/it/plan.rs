@@ -1,6 +1,6 @@
 //! `overfly plan`: the models' numbers for an aircraft, and where along a route fixes can be had; and what it refuses.
 
-use crate::drawn::drawn_store;
+use overfly_testkit::drawn::drawn_store;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;

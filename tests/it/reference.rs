@@ -1,6 +1,7 @@
 //! Projections and geodesics against PROJ's and GeographicLib's numbers, kept as text with the script that made them.
 
-use overfly::geodesy::{Crs, DatumShift, Definition, Ellipsoid, Geodetic, Method, geodesic_between};
+use overfly_core::geodesy::{Geodetic, geodesic_between};
+use overfly_ingest::crs::{Crs, DatumShift, Definition, Ellipsoid, Method};
 
 const FOOT_M: f64 = 1200.0 / 3937.0;
 

@@ -1,12 +1,13 @@
 //! Keys, signatures and ages: who did not sign, altered or outlived a store is refused, each by its own code word.
 
-use crate::drawn::drawn_store;
 use crate::export::{drawn_request, export_to};
-use crate::injury::a_day;
-use overfly::package::{
-    ExportRequest, PackageVerification, PublicKey, SEAL_LEN, SecretKey, Verify, open_onboard, verify_package,
+use overfly_ingest::export::ExportRequest;
+use overfly_store::Reader;
+use overfly_store::package::{
+    PackageVerification, PublicKey, SEAL_LEN, SecretKey, Verify, open_onboard, verify_package,
 };
-use overfly::store::Reader;
+use overfly_testkit::drawn::drawn_store;
+use overfly_testkit::injury::a_day;
 use std::os::unix::fs::{FileExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -19,7 +20,7 @@ struct Keys {
 impl Keys {
     fn new(folder: &Path, name: &str) -> Self {
         let secret = folder.join(name);
-        let (public, _) = overfly::package::generate(&secret).unwrap();
+        let (public, _) = overfly_store::package::generate(&secret).unwrap();
         Self { secret, public }
     }
 }

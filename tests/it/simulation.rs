@@ -1,9 +1,11 @@
 //! `overfly fly --simulate`: where the paper's assumptions hold, what happens is what it predicts; where they do not, it departs as
 //! docs/simulation.md says; and no thread changes anything.
 
-use crate::drawn::{drawn_store, project};
-use overfly::navigate::Mode;
-use overfly::trial::simulation::{Flown, Simulation, Summary, Variation, read_simulation, summarize, write_simulation};
+use overfly_core::coupling::Mode;
+use overfly_lab::trial::simulation::{
+    Flown, Simulation, Summary, Variation, read_simulation, summarize, write_simulation,
+};
+use overfly_testkit::drawn::{drawn_store, project};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;

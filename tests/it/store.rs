@@ -1,12 +1,12 @@
 //! A store keeps what is put into it, answers exactly, and refuses what it should, file and remedy named.
 
-use overfly::feature::keypoint::CONTRACT;
-use overfly::pixels::{Colour, Mask, MaskedColour};
-use overfly::store::{
+use overfly_core::feature::keypoint::CONTRACT;
+use overfly_core::pixels::{Colour, Mask, MaskedColour};
+use overfly_core::tile::{MercatorBounds, TileId};
+use overfly_store::{
     BuiltTile, Declaration, Draft, FORMAT_VERSION, Reader, Source, StoreError, TileContent, Writer, remove_layer,
     verify,
 };
-use overfly::tile::{MercatorBounds, TileId};
 use std::path::{Path, PathBuf};
 
 /// A source of no file, told apart by `seed`.
@@ -93,7 +93,7 @@ fn misses_no_footprint_across_the_antimeridian() {
     let layer = reader.layer("ortho").unwrap();
     assert!(layer.bounds_deg[0] > layer.bounds_deg[2]);
     let (east, west) = (tiles[1].mercator_bounds(), tiles[2].mercator_bounds());
-    let world_m = overfly::geodesy::WORLD_M;
+    let world_m = overfly_core::geodesy::WORLD_M;
     let bounds = MercatorBounds { max_x_m: west.max_x_m + world_m - 1.0, ..east };
     for shift_m in [0.0, -world_m] {
         let shifted =

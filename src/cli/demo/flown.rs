@@ -1,10 +1,11 @@
 //! The demo's flight in a closed loop.
 
 use super::super::{Failure, Output};
-use overfly::navigate::{Clock, Mode, NavigateOptions};
-use overfly::report::{Flown, Mosaic, flown_page};
-use overfly::store::Reader;
-use overfly::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+use overfly_core::coupling::Mode;
+use overfly_flight::navigate::{Clock, NavigateOptions};
+use overfly_lab::report::{Flown, Mosaic, flown_page};
+use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+use overfly_store::Reader;
 
 const MODES: [Mode; 3] = [Mode::Sequential, Mode::Parallel, Mode::Combined];
 

@@ -1,7 +1,7 @@
 //! A plan as text.
 
 use super::Summary;
-use overfly::plan::{Forecast, RouteForecast, Sensitivity};
+use overfly_ingest::plan::{Forecast, RouteForecast, Sensitivity};
 
 /// Three digits, or a power of ten where that takes many.
 fn short(value: f64) -> String {

@@ -1,0 +1,5 @@
+//! All that flies: camera frames are decoded, located on a store, and coupled into a flight's positions.
+
+pub mod frame;
+pub mod locate;
+pub mod navigate;

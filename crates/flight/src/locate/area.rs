@@ -1,0 +1,262 @@
+//! `SearchArea`: the places left open by a prior, in pixels of one level.
+
+use super::PositionPrior;
+use super::map::PixelWindow;
+use overfly_core::geodesy::{Geodetic, LocalFrame, WORLD_M};
+use overfly_core::tile::{Gsd, MercatorBounds, TILE_SIZE_PX, WorldPixel, gsd_at};
+use overfly_store::Layer;
+
+/// Nadirs to search: a rectangle of pixels of one level, and for a Gaussian the ellipse within.
+#[derive(Debug, Clone)]
+pub struct SearchArea {
+    zoom: u8,
+    left: i64,
+    top: i64,
+    width_px: i64,
+    height_px: i64,
+    ellipse: Option<Ellipse>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Ellipse {
+    centre: WorldPixel,
+    gsd: Gsd,
+    sigma_east_m: f64,
+    sigma_north_m: f64,
+    correlation: f64,
+}
+
+/// Squared Mahalanobis radius that holds 99.7 % of a two-dimensional Gaussian: -2 ln 0.003.
+const RADIUS_SQUARED: f64 = 11.618;
+/// Pixels added on every side, so that a peak on the rim has neighbours.
+const RIM_PX: f64 = 2.0;
+
+impl SearchArea {
+    /// The area of a prior at a zoom; `None` beyond the tile matrix.
+    pub fn new(prior: &PositionPrior, layer: &Layer, zoom: u8) -> Option<Self> {
+        match *prior {
+            PositionPrior::Square { centre, half_width_m } => {
+                Self::around(centre, half_width_m, half_width_m, zoom, None)
+            }
+            PositionPrior::Gaussian { centre, sigma_east_m, sigma_north_m, correlation } => {
+                let radius = RADIUS_SQUARED.sqrt();
+                let ellipse = Ellipse {
+                    centre: WorldPixel::of(centre, zoom).ok()?,
+                    gsd: gsd_at(centre, zoom),
+                    sigma_east_m,
+                    sigma_north_m,
+                    correlation,
+                };
+                Self::around(centre, radius * sigma_east_m, radius * sigma_north_m, zoom, Some(ellipse))
+            }
+            PositionPrior::WholeLayer => Self::of_layer(layer, zoom),
+        }
+    }
+
+    fn around(centre: Geodetic, east_m: f64, north_m: f64, zoom: u8, ellipse: Option<Ellipse>) -> Option<Self> {
+        let pixel = WorldPixel::of(centre, zoom).ok()?;
+        let gsd = gsd_at(centre, zoom);
+        let half_x = east_m / gsd.east_m_per_px + RIM_PX;
+        let half_y = north_m / gsd.north_m_per_px + RIM_PX;
+        Some(Self::between(
+            zoom,
+            [pixel.x_px - half_x, pixel.y_px - half_y],
+            [pixel.x_px + half_x, pixel.y_px + half_y],
+            ellipse,
+        ))
+    }
+
+    fn of_layer(layer: &Layer, zoom: u8) -> Option<Self> {
+        let [west, south, east, north] = layer.bounds_deg;
+        let north_west = WorldPixel::of(Geodetic::from_degrees(north, west).ok()?, zoom).ok()?;
+        let mut south_east = WorldPixel::of(Geodetic::from_degrees(south, east).ok()?, zoom).ok()?;
+        if south_east.x_px <= north_west.x_px {
+            south_east.x_px += f64::from(TILE_SIZE_PX) * f64::from(1u32 << zoom);
+        }
+        Some(Self::between(zoom, [north_west.x_px, north_west.y_px], [south_east.x_px, south_east.y_px], None))
+    }
+
+    fn between(zoom: u8, from: [f64; 2], to: [f64; 2], ellipse: Option<Ellipse>) -> Self {
+        let (left, top) = (from[0].floor() as i64, from[1].floor() as i64);
+        let (width_px, height_px) = (to[0].ceil() as i64 - left + 1, to[1].ceil() as i64 - top + 1);
+        Self { zoom, left, top, width_px, height_px, ellipse }
+    }
+
+    /// A square around a pixel of a level, `half_px` to each side.
+    pub fn beside(zoom: u8, middle: WorldPixel, half_px: f64) -> Self {
+        let WorldPixel { x_px, y_px } = middle;
+        Self::between(zoom, [x_px - half_px, y_px - half_px], [x_px + half_px, y_px + half_px], None)
+    }
+
+    /// The level.
+    pub fn zoom(&self) -> u8 {
+        self.zoom
+    }
+
+    /// Whether a square of the area's level, given by its upper-left corner and edge, meets the area's rectangle, on this
+    /// round of the world or a neighbouring one.
+    pub fn meets(&self, corner_px: [f64; 2], edge_px: f64) -> bool {
+        let world_px = f64::from(TILE_SIZE_PX) * 2f64.powi(i32::from(self.zoom));
+        let beside = |at: f64, from: i64, extent: i64| at < (from + extent) as f64 && at + edge_px > from as f64;
+        beside(corner_px[1], self.top, self.height_px)
+            && [0.0, -world_px, world_px].iter().any(|w| beside(corner_px[0] + w, self.left, self.width_px))
+    }
+
+    /// Whether a pixel of the area's level lies in the area, on this round of the world or a neighbouring one.
+    pub fn contains(&self, pixel: WorldPixel) -> bool {
+        let world_px = i64::from(TILE_SIZE_PX) << self.zoom;
+        let (x, y) = (pixel.x_px.floor() as i64, pixel.y_px.floor() as i64);
+        let inside = |v: i64, from: i64, extent: i64| (from..from + extent).contains(&v);
+        inside(y, self.top, self.height_px)
+            && [0, -world_px, world_px].iter().any(|w| inside(x + w, self.left, self.width_px) && self.holds(x + w, y))
+    }
+
+    /// The same area cut to the pixels within `reach_px` of a layer's bounds, where alone a frame can show its ground;
+    /// `None` where nothing is left.
+    pub fn near_layer(mut self, layer: &Layer, reach_px: f64) -> Option<Self> {
+        let whole = Self::of_layer(layer, self.zoom)?;
+        let world_px = i64::from(TILE_SIZE_PX) << self.zoom;
+        let middle = self.left + self.width_px / 2 - whole.left - whole.width_px / 2;
+        let shift = (middle as f64 / world_px as f64).round() as i64 * world_px;
+        let reach = reach_px.ceil() as i64;
+        let left = self.left.max(whole.left + shift - reach);
+        let right = (self.left + self.width_px).min(whole.left + shift + whole.width_px + reach);
+        let top = self.top.max(whole.top - reach);
+        let bottom = (self.top + self.height_px).min(whole.top + whole.height_px + reach);
+        (self.left, self.top, self.width_px, self.height_px) = (left, top, right - left, bottom - top);
+        (self.width_px > 0 && self.height_px > 0).then_some(self)
+    }
+
+    /// The area in rectangles of at most `edge_px`.
+    pub fn blocks(&self, edge_px: i64) -> Vec<PixelWindow> {
+        let starts = |extent: i64| (0..extent).step_by(edge_px as usize);
+        let block = |x: i64, y: i64| PixelWindow {
+            zoom: self.zoom,
+            left: self.left + x,
+            top: self.top + y,
+            width_px: edge_px.min(self.width_px - x) as usize,
+            height_px: edge_px.min(self.height_px - y) as usize,
+        };
+        starts(self.height_px).flat_map(|y| starts(self.width_px).map(move |x| block(x, y))).collect()
+    }
+
+    /// The rectangle grown by `margin_px`, in the projection; x may run past the antimeridian.
+    pub fn mercator_bounds(&self, margin_px: f64) -> MercatorBounds {
+        let span_m = WORLD_M / (f64::from(TILE_SIZE_PX) * f64::from(1u32 << self.zoom));
+        let x_m = |px: f64| px * span_m - WORLD_M / 2.0;
+        let y_m = |px: f64| WORLD_M / 2.0 - px * span_m;
+        MercatorBounds {
+            min_x_m: x_m(self.left as f64 - margin_px),
+            min_y_m: y_m((self.top + self.height_px) as f64 + margin_px),
+            max_x_m: x_m((self.left + self.width_px) as f64 + margin_px),
+            max_y_m: y_m(self.top as f64 - margin_px),
+        }
+    }
+
+    /// Whether a pixel of the rectangle belongs to the area.
+    pub fn holds(&self, x: i64, y: i64) -> bool {
+        self.ellipse.as_ref().is_none_or(|e| {
+            let east = (x as f64 - e.centre.x_px) * e.gsd.east_m_per_px / e.sigma_east_m;
+            let north = (e.centre.y_px - y as f64) * e.gsd.north_m_per_px / e.sigma_north_m;
+            let r = e.correlation;
+            // One pixel of slack, so that an ellipse smaller than a pixel still holds its middle.
+            let slack = 1.0 + 2.0 * e.gsd.mean_m_per_px() / e.sigma_east_m.min(e.sigma_north_m);
+            (east * east - 2.0 * r * east * north + north * north) / (1.0 - r * r) <= RADIUS_SQUARED * slack * slack
+        })
+    }
+
+    /// Ground sample distance in the middle of a block.
+    pub fn gsd_of(&self, block: &PixelWindow) -> Gsd {
+        let middle = WorldPixel {
+            x_px: block.left as f64 + block.width_px as f64 / 2.0,
+            y_px: block.top as f64 + block.height_px as f64 / 2.0,
+        };
+        let world_px = f64::from(TILE_SIZE_PX) * f64::from(1u32 << block.zoom);
+        let inside = WorldPixel { y_px: middle.y_px.clamp(0.0, world_px), ..middle };
+        let point = inside.to_geodetic(block.zoom).expect("a pixel inside the matrix has a position");
+        gsd_at(point, block.zoom)
+    }
+}
+
+/// The smallest upright rectangle around the area a prior leaves open, metres east and north; the layer's extent where
+/// the prior leaves everything open.
+pub fn extent_m(prior: &PositionPrior, layer: &Layer) -> [f64; 2] {
+    match *prior {
+        PositionPrior::Square { half_width_m, .. } => [2.0 * half_width_m; 2],
+        PositionPrior::Gaussian { sigma_east_m, sigma_north_m, .. } => {
+            let width = 2.0 * RADIUS_SQUARED.sqrt();
+            [width * sigma_east_m, width * sigma_north_m]
+        }
+        PositionPrior::WholeLayer => {
+            let [west, south, east, north] = layer.bounds_deg;
+            let corner = |lat: f64, lon: f64| Geodetic::from_degrees(lat, lon).ok();
+            let across = corner(south, west).zip(corner(north, east)).map(|(a, b)| {
+                let offset = LocalFrame::at(a).enu_from_geodetic(b);
+                [offset.east_m.abs(), offset.north_m.abs()]
+            });
+            across.unwrap_or([0.0; 2])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn layer(bounds_deg: [f64; 4]) -> Layer {
+        Layer {
+            name: "ortho".into(),
+            base_zoom: 16,
+            min_zoom: 12,
+            base_tiles: 1,
+            tiles: 1,
+            bounds_deg,
+            acquired: None,
+            complete: true,
+            digest: None,
+        }
+    }
+
+    fn square(latitude_deg: f64, longitude_deg: f64, half_width_m: f64) -> PositionPrior {
+        PositionPrior::Square { centre: Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap(), half_width_m }
+    }
+
+    #[test]
+    fn a_layer_across_the_antimeridian_is_near_from_both_sides() {
+        let layer = layer([179.9, 10.0, -179.9, 10.1]);
+        for longitude_deg in [179.95, -179.95, 179.999, -179.999] {
+            let area = SearchArea::new(&square(10.05, longitude_deg, 500.0), &layer, 14).unwrap();
+            let kept = area.clone().near_layer(&layer, 20.0).unwrap();
+            assert_eq!((kept.left, kept.width_px), (area.left, area.width_px), "{longitude_deg}");
+        }
+        let far = SearchArea::new(&square(10.05, 0.0, 500.0), &layer, 14).unwrap();
+        assert!(far.near_layer(&layer, 20.0).is_none());
+    }
+
+    proptest! {
+        #[test]
+        fn blocks_tile_the_area(width in 1i64..300, height in 1i64..300, edge in 1i64..90) {
+            let area = SearchArea { zoom: 12, left: 7, top: 11, width_px: width, height_px: height, ellipse: None };
+            let blocks = area.blocks(edge);
+            let pixels: i64 = blocks.iter().map(|b| (b.width_px * b.height_px) as i64).sum();
+            prop_assert_eq!(pixels, width * height);
+            prop_assert!(blocks.iter().all(|b| b.left >= 7 && b.left + b.width_px as i64 <= 7 + width));
+        }
+
+        #[test]
+        fn a_gaussian_holds_what_lies_within_three_sigma(angle in 0.0..std::f64::consts::TAU, radius in 0.0..3.0f64, r in -0.9..0.9f64) {
+            let centre = Geodetic::from_degrees(47.0, -99.0).unwrap();
+            let prior = PositionPrior::Gaussian { centre, sigma_east_m: 200.0, sigma_north_m: 90.0, correlation: r };
+            let area = SearchArea::new(&prior, &layer([-99.5, 46.5, -98.5, 47.5]), 13).unwrap();
+            // A point at Mahalanobis distance `radius`: the Cholesky factor of the covariance times a unit vector.
+            let (u, v) = (radius * angle.cos(), radius * angle.sin());
+            let (east_m, north_m) = (200.0 * u, 90.0 * (r * u + (1.0 - r * r).sqrt() * v));
+            let point = LocalFrame::at(centre).geodetic_from_enu(overfly_core::geodesy::Enu { east_m, north_m }).unwrap();
+            let pixel = WorldPixel::of(point, 13).unwrap();
+            let (x, y) = (pixel.x_px.round() as i64, pixel.y_px.round() as i64);
+            prop_assert!(area.holds(x, y));
+            prop_assert!(x >= area.left && x < area.left + area.width_px && y >= area.top && y < area.top + area.height_px);
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Where the map is: each layer's tiles joined to rectangles, as GeoJSON.
+
+use super::candidates::Geometry;
+use overfly_core::tile::TileId;
+use overfly_store::{Layer, Reader, StoreError};
+use serde::Serialize;
+use std::collections::HashMap;
+use utoipa::ToSchema;
+
+/// Most rectangles of one layer: a coarser level is shown where the base level is more ragged than that.
+const MAX_RECTANGLES: usize = 20_000;
+
+/// A GeoJSON feature collection, a feature a finished layer.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Coverage {
+    /// "FeatureCollection".
+    pub r#type: &'static str,
+    /// By layer name.
+    pub features: Vec<CoveredLayer>,
+}
+
+/// A GeoJSON feature.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct CoveredLayer {
+    /// "Feature".
+    pub r#type: &'static str,
+    /// Disjoint rectangles that together are the layer's tiles.
+    pub geometry: Geometry,
+    /// What is covered.
+    pub properties: CoverageProperties,
+}
+
+/// What a feature of the coverage says of its layer.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct CoverageProperties {
+    /// The layer.
+    pub layer: String,
+    /// The level whose tiles are drawn: the base level, or a coarser one where that is too ragged.
+    pub zoom: u8,
+    /// Tiles at that level.
+    pub tiles: usize,
+    /// Earliest and latest acquisition date, where known.
+    pub acquired: Option<(String, String)>,
+}
+
+/// The coverage of one layer, or of every finished one.
+///
+/// # Errors
+/// An unknown or unfinished layer, or the store.
+pub fn coverage(store: &Reader, layer: Option<&str>) -> Result<Coverage, StoreError> {
+    let layers: Vec<&Layer> = match layer {
+        Some(name) => vec![store.layer(name)?],
+        None => store.layers().iter().filter(|l| l.complete).collect(),
+    };
+    let features = layers.into_iter().map(|l| covered(store, l)).collect::<Result<_, _>>()?;
+    Ok(Coverage { r#type: "FeatureCollection", features })
+}
+
+fn covered(store: &Reader, layer: &Layer) -> Result<CoveredLayer, StoreError> {
+    let mut zoom = layer.base_zoom;
+    let (tiles, rectangles) = loop {
+        let mut tiles: Vec<TileId> = store.footprints(layer, zoom)?.iter().map(|f| f.tile).collect();
+        tiles.sort_unstable();
+        let rectangles = joined(&tiles);
+        if rectangles.len() <= MAX_RECTANGLES || zoom <= layer.min_zoom {
+            break (tiles.len(), rectangles);
+        }
+        zoom -= 1;
+    };
+    let rings = rectangles.iter().map(|r| ring_deg(zoom, r)).collect();
+    Ok(CoveredLayer {
+        r#type: "Feature",
+        geometry: Geometry::from_rings(rings),
+        properties: CoverageProperties { layer: layer.name.clone(), zoom, tiles, acquired: layer.acquired.clone() },
+    })
+}
+
+/// Columns and rows of a block of tiles, first and last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Block {
+    columns: (u32, u32),
+    rows: (u32, u32),
+}
+
+/// Tiles of one zoom, sorted by row and column, joined to runs along rows, and equal runs of successive rows to blocks.
+fn joined(tiles: &[TileId]) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    // By columns: the block that a run of the next row may prolong.
+    let mut open: HashMap<(u32, u32), usize> = HashMap::new();
+    let mut i = 0;
+    while i < tiles.len() {
+        let (row, first) = (tiles[i].row(), tiles[i].column());
+        let mut last = first;
+        i += 1;
+        while i < tiles.len() && tiles[i].row() == row && tiles[i].column() == last + 1 {
+            last += 1;
+            i += 1;
+        }
+        match open.get(&(first, last)) {
+            Some(&block) if blocks[block].rows.1 + 1 == row => blocks[block].rows.1 = row,
+            _ => {
+                open.insert((first, last), blocks.len());
+                blocks.push(Block { columns: (first, last), rows: (row, row) });
+            }
+        }
+    }
+    blocks
+}
+
+fn ring_deg(zoom: u8, block: &Block) -> Vec<[f64; 2]> {
+    let bounds = |column, row| TileId::new(zoom, column, row).expect("taken from a tile").bounds();
+    let (upper_left, lower_right) = (bounds(block.columns.0, block.rows.0), bounds(block.columns.1, block.rows.1));
+    let (west, north, east, south) = (upper_left.west, upper_left.north, lower_right.east, lower_right.south);
+    vec![[west, south], [east, south], [east, north], [west, north], [west, south]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    proptest! {
+        #[test]
+        fn blocks_are_the_tiles_each_once(cells in prop::collection::btree_set((0u32..12, 0u32..12), 0..80)) {
+            let mut tiles: Vec<TileId> = cells.iter().map(|&(x, y)| TileId::new(9, x, y).unwrap()).collect();
+            tiles.sort_unstable();
+            let mut seen = BTreeSet::new();
+            for b in joined(&tiles) {
+                for y in b.rows.0..=b.rows.1 {
+                    for x in b.columns.0..=b.columns.1 {
+                        prop_assert!(seen.insert((x, y)), "twice");
+                    }
+                }
+            }
+            prop_assert_eq!(seen, cells);
+        }
+    }
+
+    #[test]
+    fn a_full_rectangle_is_one_block() {
+        let mut tiles: Vec<TileId> = (0..5).flat_map(|y| (3..9).map(move |x| TileId::new(9, x, y).unwrap())).collect();
+        tiles.sort_unstable();
+        assert_eq!(joined(&tiles), [Block { columns: (3, 8), rows: (0, 4) }]);
+    }
+}

@@ -1,0 +1,250 @@
+//! `Image`: one image with what was sensed when it was taken, and the step from one to the next.
+//!
+//! Images are laid level before they are compared: no similarity holds between two that look aside differently.
+
+use super::{Sensed, SensorSigmas, Step};
+use nalgebra::Matrix2;
+use overfly_core::camera::{Camera, CameraError, Intrinsics, View};
+use overfly_core::pixels::Gray;
+use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// One image of a flight.
+#[derive(Debug, Clone)]
+pub struct Image {
+    /// Its pixels.
+    pub gray: Arc<Gray>,
+    /// When it was taken, seconds.
+    pub time_s: f64,
+    /// What compass and altimeter said.
+    pub sensed: Sensed,
+    /// The camera.
+    pub intrinsics: Intrinsics,
+    /// Off nadir, radians, positive ahead.
+    pub pitch_rad: f64,
+    /// Off nadir, radians, positive left.
+    pub roll_rad: f64,
+}
+
+/// A step is not told better than this, in parts of its length: ground is not flat.
+const STEP_SHARE: f64 = 0.003;
+/// How ground slopes under one image, one standard deviation per axis. Between two places a share of the height apart, a slope stretches
+/// the image by that share of itself, along the way only; a similarity takes half of it for turn (slope across the way) or for climb
+/// (slope along it). On the drawn flight, over hills, that is what turns err by: 0.2 degrees where brightness alone claims 0.01.
+const SLOPE_SIGMA: f64 = 0.025;
+/// A turn or climb that contradicts the sensors by more than so many of their standard deviations is no motion.
+const GATE_SIGMAS: f64 = 5.0;
+
+impl Image {
+    /// How the camera looked from a height, metres.
+    pub fn view(&self, height_agl_m: f64) -> View {
+        View::Posed {
+            intrinsics: self.intrinsics.clone(),
+            height_agl_m,
+            pitch_rad: self.pitch_rad,
+            roll_rad: self.roll_rad,
+        }
+    }
+
+    /// The camera at a height, metres.
+    ///
+    /// # Errors
+    /// Where camera, height or angles are none that a camera over the ground can have.
+    pub fn camera(&self, height_agl_m: f64) -> Result<Camera, CameraError> {
+        let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        Camera::new(&self.view(height_agl_m), size(self.gray.width_px()), size(self.gray.height_px()))
+    }
+
+    /// The step from this image to a later one by relative registration; `None` where they cannot be registered, where one looks
+    /// too far aside, or where the motion contradicts the sensors.
+    ///
+    /// # Errors
+    /// As [`Image::camera`].
+    pub fn step_to(&self, next: &Self, sigmas: &SensorSigmas) -> Result<Option<Step>, CameraError> {
+        let (Some(own), Some(others)) = (Level::of(self)?, Level::of(next)?) else { return Ok(None) };
+        let MotionAnswer::Motion(motion) = register(&own.gray, &others.gray, &MotionPrior::default()) else {
+            return Ok(None);
+        };
+        Ok(Some(step(&motion, &own, &others)).filter(|step| self.agrees(next, step, sigmas)))
+    }
+
+    fn agrees(&self, next: &Self, step: &Step, sigmas: &SensorSigmas) -> bool {
+        let turned = next.sensed.heading_rad - self.sensed.heading_rad - step.turn_rad;
+        let climbed = (next.sensed.height_m / self.sensed.height_m).ln() - step.log_climb;
+        let bound = |sigma: f64| GATE_SIGMAS * 2f64.sqrt() * sigma + 0.02;
+        ((turned + PI).rem_euclid(TAU) - PI).abs() <= bound(sigmas.heading_noise_rad)
+            && climbed.abs() <= bound(sigmas.height_noise_ratio)
+    }
+}
+
+/// An image as a camera that looks straight down would have it.
+struct Level {
+    gray: Gray,
+    /// Where the nadir lies, pixels from the corner; it may lie outside.
+    nadir_px: [f64; 2],
+    /// Ground sample distance from a metre's height.
+    per_height: f64,
+}
+
+/// Relative registration compares no more than this edge (square root of the area); laying level more would gain nothing.
+const MOST_EDGE_PX: f64 = 720.0;
+
+impl Level {
+    /// `None` where the camera sees the horizon or looks too far aside.
+    fn of(image: &Image) -> Result<Option<Self>, CameraError> {
+        let camera = match image.camera(1.0) {
+            Err(CameraError::TooFarOffNadir { .. }) => return Ok(None),
+            camera => camera?,
+        };
+        let edge_px = ((image.gray.width_px() * image.gray.height_px()) as f64).sqrt();
+        let factor = (edge_px / MOST_EDGE_PX).ceil() as usize;
+        let gray = if factor > 1 { image.gray.binned(factor) } else { Gray::clone(&image.gray) };
+        let camera = camera.resized(gray.width_px(), gray.height_px());
+        if image.pitch_rad != 0.0 || image.roll_rad != 0.0 || image.intrinsics.distortion != [0.0; 5] {
+            return Ok(Self::seen(&gray, &camera));
+        }
+        let per_height = camera.gsd_m_per_px();
+        Ok(camera.frame_from_level(0.0, 0.0).map(|nadir_px| Self { gray, nadir_px, per_height }))
+    }
+
+    /// The largest upright rectangle within what the camera sees, at its own resolution straight below.
+    fn seen(gray: &Gray, camera: &Camera) -> Option<Self> {
+        let [upper_left, upper_right, lower_right, lower_left] = camera.footprint_in_level()?;
+        let (left, right) = (upper_left[0].max(lower_left[0]), upper_right[0].min(lower_right[0]));
+        let (far, near) = (upper_left[1].min(upper_right[1]), lower_left[1].max(lower_right[1]));
+        let per_height = camera.gsd_m_per_px();
+        let (width, height) = (((right - left) / per_height).floor(), ((far - near) / per_height).floor());
+        if !(width >= 1.0 && height >= 1.0) {
+            return None;
+        }
+        let (width, height) = (width as usize, height as usize);
+        let value = |i: usize| {
+            let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let at = camera.frame_from_level(left + x * per_height, far - y * per_height);
+            at.map_or(0.0, |[x, y]| gray.sample(x, y))
+        };
+        let values = (0..width * height).map(value).collect();
+        let nadir_px = [-left / per_height, far / per_height];
+        Some(Self { gray: Gray::from_values(width, height, values)?, nadir_px, per_height })
+    }
+}
+
+/// Of a motion between level images: where the later nadir lies from the earlier.
+fn step(motion: &Motion, own: &Level, others: &Level) -> Step {
+    let [x, y] = others.nadir_px;
+    let [row_x, row_y] = motion.a_from_b;
+    let in_own = [row_x[0] * x + row_x[1] * y + row_x[2], row_y[0] * x + row_y[1] * y + row_y[2]];
+    let gsd = own.per_height;
+    // Rows run down, ahead is up.
+    let per_height = [(in_own[0] - own.nadir_px[0]) * gsd, (own.nadir_px[1] - in_own[1]) * gsd];
+    let [[xx, xy], [yx, yy]] = motion.covariance_px2;
+    let length = per_height[0].hypot(per_height[1]);
+    let registered = Matrix2::new(xx, -xy, -yx, yy) * gsd * gsd;
+    let covariance = registered + Matrix2::identity() * (STEP_SHARE * length).powi(2);
+    let by_slope = SLOPE_SIGMA * length / 2.0;
+    Step {
+        per_height,
+        covariance,
+        turn_rad: motion.rotation_deg.to_radians(),
+        turn_sigma_rad: motion.rotation_sigma_deg.to_radians().hypot(by_slope),
+        // Both are of one metre's height: what a pixel of b covers, in pixels of a, is the ratio of the heights.
+        log_climb: (motion.scale * own.per_height / others.per_height).ln(),
+        climb_sigma: motion.scale_sigma_ratio.hypot(by_slope),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(heading_deg: f64, pitch_deg: f64) -> Image {
+        Image {
+            gray: Arc::new(Gray::filled(400, 300, 0.0)),
+            time_s: 0.0,
+            sensed: Sensed { heading_rad: f64::to_radians(heading_deg), height_m: 500.0 },
+            intrinsics: Intrinsics::centred(400, 300, 500.0),
+            pitch_rad: f64::to_radians(pitch_deg),
+            roll_rad: 0.0,
+        }
+    }
+
+    fn level(width: usize, height: usize) -> Level {
+        let nadir_px = [width as f64 / 2.0, height as f64 / 2.0];
+        Level { gray: Gray::filled(width, height, 0.0), nadir_px, per_height: 0.002 }
+    }
+
+    fn motion(dx: f64, dy: f64, rotation_deg: f64) -> Motion {
+        let (sin, cos) = f64::to_radians(rotation_deg).sin_cos();
+        let centre = [200.0, 150.0];
+        let t =
+            [centre[0] + dx - cos * centre[0] + sin * centre[1], centre[1] + dy - sin * centre[0] - cos * centre[1]];
+        Motion {
+            a_from_b: [[cos, -sin, t[0]], [sin, cos, t[1]]],
+            rotation_deg,
+            scale: 1.0,
+            displacement_px: [dx, dy],
+            covariance_px2: [[0.01, 0.0], [0.0, 0.01]],
+            rotation_sigma_deg: 0.05,
+            scale_sigma_ratio: 0.001,
+            inliers: 50,
+            matches: 60,
+            log10_false_alarms: -60.0,
+        }
+    }
+
+    #[test]
+    fn up_the_image_is_ahead() {
+        let found = step(&motion(0.0, -100.0, 0.0), &level(400, 300), &level(400, 300));
+        assert!((found.per_height[0]).abs() < 1e-12 && (found.per_height[1] - 0.2).abs() < 1e-12);
+    }
+
+    /// Ground as brightness, seen through a tilted camera half a kilometre above.
+    fn tilted(pitch_deg: f64, roll_deg: f64) -> Image {
+        let blank = image(0.0, pitch_deg);
+        let blank = Image { roll_rad: f64::to_radians(roll_deg), ..blank };
+        let camera = blank.camera(1.0).unwrap();
+        let bright = |i: usize| {
+            let [right, ahead] = camera.level_from_frame([(i % 400) as f64 + 0.5, (i / 400) as f64 + 0.5]).unwrap();
+            (128.0 + 60.0 * ((31.0 * right).sin() + (23.0 * ahead + 9.0 * right).cos())) as f32
+        };
+        let gray = Gray::from_values(400, 300, (0..120_000).map(bright).collect()).unwrap();
+        Image { gray: Arc::new(gray), ..blank }
+    }
+
+    #[test]
+    fn an_image_that_looks_aside_is_no_link_and_no_error() {
+        let sigmas = SensorSigmas {
+            heading_offset_rad: 0.05,
+            heading_noise_rad: 0.02,
+            height_offset_ratio: 0.03,
+            height_noise_ratio: 0.01,
+        };
+        assert_eq!(tilted(0.0, 0.0).step_to(&image(0.0, 60.0), &sigmas).unwrap(), None);
+    }
+
+    #[test]
+    fn tilt_is_taken_out() {
+        let straight = Level::of(&tilted(0.0, 0.0)).unwrap().unwrap();
+        let aside = Level::of(&tilted(2.0, -3.0)).unwrap().unwrap();
+        // The same ground at the same distance from the nadir.
+        for (dx, dy) in [(0.0, 0.0), (100.0, 60.0), (-90.0, -80.0)] {
+            let at = |l: &Level| l.gray.sample(l.nadir_px[0] + dx, l.nadir_px[1] + dy);
+            assert!((at(&straight) - at(&aside)).abs() < 1.0, "{dx} {dy}: {} {}", at(&straight), at(&aside));
+        }
+    }
+
+    #[test]
+    fn a_turn_that_the_compass_denies_is_no_motion() {
+        let sigmas = SensorSigmas {
+            heading_offset_rad: 0.05,
+            heading_noise_rad: 0.02,
+            height_offset_ratio: 0.03,
+            height_noise_ratio: 0.01,
+        };
+        let turned = step(&motion(0.0, -50.0, 30.0), &level(400, 300), &level(400, 300));
+        assert!(image(10.0, 0.0).agrees(&image(41.0, 0.0), &turned, &sigmas));
+        assert!(image(350.0, 0.0).agrees(&image(19.0, 0.0), &turned, &sigmas));
+        assert!(!image(10.0, 0.0).agrees(&image(20.0, 0.0), &turned, &sigmas));
+    }
+}

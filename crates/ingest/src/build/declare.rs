@@ -1,0 +1,90 @@
+//! From a file to a declared `Source`: opened, hashed, described.
+
+use super::outline::Outline;
+use super::{MAX_TILES, Rejected, Request};
+use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash};
+use overfly_core::geodesy::Geodetic;
+use overfly_core::tile::zoom_for_gsd;
+use overfly_store::Source;
+use std::path::Path;
+
+/// A source as declared, and its size.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// What the store shall say of it.
+    pub source: Source,
+    /// Its pixels.
+    pub pixels: u64,
+}
+
+/// Opens and hashes a file, and looks whether it holds any valid pixel.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn declare(path: &Path, request: &Request) -> Result<Given, Rejected> {
+    let reject = |error: RasterError| Rejected::raster(path, &error);
+    let photo = Orthophoto::open(path, &open_options(request.crs, request.stretch)).map_err(reject)?;
+    let description = photo.description();
+    let source = Source {
+        content_hash: content_hash(path).map_err(reject)?,
+        path: path.canonicalize().unwrap_or_else(|_| path.into()),
+        acquired: request.date.clone().or_else(|| description.acquired.clone()),
+        crs_epsg: request.crs,
+        stretch: request.stretch,
+        horizontal_error_m: request.horizontal_error_m.unwrap_or(0.0).max(description.crs_error_m),
+        gsd_m_per_px: description.gsd_m_per_px,
+        outline_deg: description.outline.iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect(),
+    };
+    if !has_valid_pixel(&photo, &source)? {
+        return Err(Rejected {
+            path: path.into(),
+            code: "nothing_valid",
+            message: format!(
+                "{}: no pixel is valid: all is masked, transparent or nodata, or the whole image is smaller than a pixel of zoom {}; check its mask, nodata value and pixel size with gdalinfo",
+                path.display(),
+                natural_zoom(&source)
+            ),
+        });
+    }
+    Ok(Given { source, pixels: description.width_px.saturating_mul(description.height_px) })
+}
+
+/// Looks at tiles from the middle outwards until one holds a valid pixel: the first, usually.
+fn has_valid_pixel(photo: &Orthophoto, source: &Source) -> Result<bool, Rejected> {
+    let path = &photo.description().path;
+    let zoom = natural_zoom(source);
+    let outline = Outline::new(&source.outline_deg, zoom).map_err(|e| Rejected {
+        path: path.clone(),
+        code: "beyond_the_matrix",
+        message: format!("{}: {e}", path.display()),
+    })?;
+    if outline.extent_tiles() > f64::from(MAX_TILES) {
+        return Err(Rejected {
+            path: path.clone(),
+            code: "too_many_tiles",
+            message: format!("{}: it spans more than {MAX_TILES} tiles; check its georeference", path.display()),
+        });
+    }
+    let mut tiles = outline.tiles();
+    let middle = tiles.get(tiles.len() / 2).copied();
+    tiles.sort_by_key(|t| middle.map_or(0, |m| t.column().abs_diff(m.column()) + t.row().abs_diff(m.row())));
+    for tile in tiles {
+        if photo.warp(tile).map_err(|e| Rejected::raster(path, &e))?.is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// The zoom that keeps a source's resolution.
+pub fn natural_zoom(source: &Source) -> u8 {
+    let count = source.outline_deg.len().max(1) as f64;
+    let latitude_deg = source.outline_deg.iter().map(|p| p[1]).sum::<f64>() / count;
+    let centre = Geodetic::from_degrees(latitude_deg, 0.0).expect("a mean of latitudes is one");
+    zoom_for_gsd(centre, source.gsd_m_per_px)
+}
+
+/// How a declared source is opened.
+pub fn open_options(crs: Option<u32>, stretch: Option<(f64, f64)>) -> OpenOptions {
+    OpenOptions { crs, stretch, ..OpenOptions::default() }
+}

@@ -1,0 +1,53 @@
+//! A base tile of several stores' tiles: the first covers, the next fill what is missing.
+
+use super::super::composite::fill;
+use super::super::recipe::KEYPOINTS_PER_TILE;
+use super::shard::Shard;
+use overfly_core::feature::keypoint;
+use overfly_core::tile::TileId;
+use overfly_store::{Source, StoreError, StoredTile, TileContent, decode};
+
+/// A blended tile.
+pub struct Blended {
+    /// It.
+    pub tile: StoredTile,
+    /// Whether its pixels are those that a build of all sources would give it, if no older source lies between newer ones:
+    /// nothing that is seen in it was compressed with loss.
+    pub exact: bool,
+}
+
+/// What the shards' tiles make together, the first above. Where the first shows all, it is taken as it is.
+///
+/// # Errors
+/// Where a tile is damaged or the new one cannot be encoded.
+pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<Blended, StoreError> {
+    let top = holders[0].stored(tile)?;
+    let undecoded = |reason| StoreError::Encode { tile, reason };
+    let mut pixels = decode(&top.image).map_err(undecoded)?;
+    let mut seen: Vec<&Source> = holders[0].seen(tile);
+    let mut exact = true;
+    let mut filled = false;
+    for holder in &holders[1..] {
+        if pixels.mask.is_full() {
+            break;
+        }
+        let below = holder.stored(tile)?;
+        if fill(&mut pixels, &decode(&below.image).map_err(undecoded)?) {
+            filled = true;
+            exact &= below.media_type == "image/png";
+            let more: Vec<_> = holder
+                .seen(tile)
+                .into_iter()
+                .filter(|s| seen.iter().all(|o| o.content_hash != s.content_hash))
+                .collect();
+            seen.extend(more);
+        }
+    }
+    if !filled {
+        return Ok(Blended { tile: top, exact });
+    }
+    seen.sort_by(|a, b| a.covering_order(b));
+    let keypoints = keypoint::describe(&pixels.colour.to_gray(), &pixels.mask, KEYPOINTS_PER_TILE);
+    let content = TileContent::encode(tile, &pixels, &seen, Some(&keypoints))?;
+    Ok(Blended { tile: StoredTile::of(tile, content), exact })
+}

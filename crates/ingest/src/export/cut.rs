@@ -1,0 +1,226 @@
+//! `export`: cuts what one flight needs out of a store, seals it, and puts it in its place.
+
+use super::corridor::Corridor;
+use super::coverage::{Coverage, coverage};
+use super::selection::select;
+use super::size_reduction::{shed, stated_quality};
+use super::{ExportError, ExportRequest};
+use overfly_store::package::{Dropped, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, write_seal};
+use overfly_store::{Extract, Kind, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
+use serde::Serialize;
+use std::path::Path;
+
+/// What of one level an export takes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Part {
+    /// The layer.
+    pub layer: String,
+    /// The level.
+    pub zoom: u8,
+    /// Tiles taken.
+    pub tiles: usize,
+    /// Bytes of their imagery, descriptors and cells.
+    #[serde(flatten)]
+    pub bytes: TileSizes,
+}
+
+impl Part {
+    fn content(&self) -> u64 {
+        self.bytes.imagery + self.rest()
+    }
+
+    /// But for imagery.
+    fn rest(&self) -> u64 {
+        self.bytes.descriptors + self.bytes.cells
+    }
+}
+
+/// What an export would take.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Preview {
+    /// By layer and level.
+    pub parts: Vec<Part>,
+    /// Bytes of all these; footprints, indexes and pages filled in part come to it.
+    pub bytes: u64,
+    /// What the map shows of the corridor, by layer.
+    pub coverage: Vec<Coverage>,
+    /// The corridor at its widest, metres on each side.
+    pub widest_m: f64,
+}
+
+/// What was exported.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Exported {
+    /// What was taken, by layer and level.
+    pub parts: Vec<Part>,
+    /// The file's size.
+    pub bytes: u64,
+    /// The store's digest, hexadecimal.
+    pub digest: String,
+    /// The whole file's digest as its seal states it, hexadecimal.
+    pub file_digest: String,
+    /// What was left out to keep it small.
+    pub dropped: Vec<Dropped>,
+    /// Whose signature it bears: the public key, hexadecimal.
+    pub signed_by: Option<String>,
+    /// What the map shows of the corridor, by layer taken.
+    pub coverage: Vec<Coverage>,
+}
+
+/// What an export would take, and what the map shows along the way. Writes nothing.
+///
+/// # Errors
+/// As [`export`], but for what only writing meets.
+pub fn preview(store: &Reader, request: &ExportRequest) -> Result<Preview, ExportError> {
+    let corridor = Corridor::along(&request.routes, &request.width())?;
+    let chosen = select(store, request, &corridor)?;
+    let parts = parts_of(store, &chosen)?;
+    let bytes = parts.iter().map(Part::content).sum();
+    Ok(Preview { parts, bytes, coverage: coverages(store, request, &chosen)?, widest_m: corridor.widest_m() })
+}
+
+/// Cuts what a request needs out of `store` into the file `out`, which comes into being whole or not at all. The same request
+/// of the same store gives the same bytes. `progress` is told tiles done and tiles in all.
+///
+/// # Errors
+/// Where corridor or layers hold nothing, a tile is damaged, it cannot be made as small as asked, or the disk is full; what
+/// stood at `out` before is then untouched.
+pub fn export(
+    store: &Reader,
+    request: &ExportRequest,
+    out: &Path,
+    progress: &dyn Fn(u64, u64),
+) -> Result<Exported, ExportError> {
+    let corridor = Corridor::along(&request.routes, &request.width())?;
+    let mut chosen = select(store, request, &corridor)?;
+    let outlet = Outlet::at(out, Kind::Store, &[store.path()])?;
+    let writing = Writing { store, request, corridor: &corridor, outlet: &outlet, progress };
+    let (manifest, dropped) = writing.fitted(&mut chosen)?;
+    let seal = write_seal(outlet.beside(), &manifest.to_text(), request.key.as_ref())?;
+    let bytes = size_of(outlet.beside())?;
+    let parts = parts_of(&Reader::open(outlet.beside())?, &chosen)?;
+    outlet.publish()?;
+    Ok(Exported {
+        parts,
+        bytes,
+        digest: manifest.digest,
+        file_digest: hex(&seal.file),
+        dropped,
+        signed_by: manifest.signed_by,
+        coverage: coverages(store, request, &chosen)?,
+    })
+}
+
+/// One export under way.
+struct Writing<'a> {
+    store: &'a Reader,
+    request: &'a ExportRequest,
+    corridor: &'a Corridor,
+    outlet: &'a Outlet,
+    progress: &'a dyn Fn(u64, u64),
+}
+
+impl Writing<'_> {
+    /// Writes the parts, unsealed, and drops of them until they take no more bytes than allowed.
+    fn fitted(&self, chosen: &mut Vec<LayerPart>) -> Result<(Manifest, Vec<Dropped>), ExportError> {
+        let most = self.request.max_bytes.unwrap_or(u64::MAX);
+        let mut dropped: Vec<Dropped> = self.request.jpeg_quality.map(stated_quality).into_iter().collect();
+        loop {
+            // What imagery will take that is encoded anew nobody knows before.
+            let known = |p: &Part| if chosen.iter().any(|c| c.jpeg_quality.is_some()) { p.rest() } else { p.content() };
+            let least: u64 = parts_of(self.store, chosen)?.iter().map(known).sum();
+            if least <= most {
+                let manifest = self.write(chosen, &dropped)?;
+                if size_of(self.outlet.beside())? <= most {
+                    return Ok((manifest, dropped));
+                }
+            }
+            let Some(one) = shed(chosen, self.store.layers()) else {
+                // What it takes at least is known once it is written.
+                self.write(chosen, &dropped)?;
+                return Err(ExportError::TooLarge { least: size_of(self.outlet.beside())?, most });
+            };
+            dropped.push(one);
+        }
+    }
+
+    fn write(&self, chosen: &[LayerPart], dropped: &[Dropped]) -> Result<Manifest, ExportError> {
+        self.outlet.clear()?;
+        let mut extract = Extract::begin(&self.outlet.draft(), self.store.descriptor_contract())?;
+        let total = chosen.iter().map(|p| p.tiles.len() as u64).sum();
+        let mut done = 0;
+        for part in chosen {
+            extract.copy(self.store, part, || {
+                done += 1;
+                (self.progress)(done, total);
+            })?;
+        }
+        let manifest = manifest_of(&extract, self.store, self.request, dropped, self.corridor)?;
+        extract.finish(self.outlet.beside(), Some(&manifest.to_text()), SEAL_LEN as u8)?;
+        Ok(manifest)
+    }
+}
+
+fn manifest_of(
+    extract: &Extract,
+    store: &Reader,
+    request: &ExportRequest,
+    dropped: &[Dropped],
+    corridor: &Corridor,
+) -> Result<Manifest, ExportError> {
+    let mut layers = Vec::new();
+    for layer in extract.layers()? {
+        let mut levels = Vec::new();
+        let mut horizontal_error_m: f64 = 0.0;
+        for zoom in layer.min_zoom..=layer.base_zoom {
+            let (level, footprints) = extract.level(&layer.name, zoom)?;
+            horizontal_error_m = footprints.iter().map(|f| f.horizontal_error_m).fold(horizontal_error_m, f64::max);
+            levels.push(level);
+        }
+        layers.push(ManifestLayer::of(&layer, horizontal_error_m, levels));
+    }
+    let line =
+        |r: &overfly_core::route::Route| r.points().iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect();
+    let route = ManifestRoute {
+        lines_deg: request.routes.iter().map(line).collect(),
+        corridor_m: request.corridor_m,
+        widest_m: corridor.widest_m(),
+        grown_by: request.drift.map(|d| json(&d.0)),
+    };
+    Ok(Manifest {
+        format: Manifest::format(),
+        store_format: store.format_version(),
+        descriptor_contract: store.descriptor_contract().to_owned(),
+        digest: extract.digest()?,
+        cut_from: store.digest().to_owned(),
+        layers,
+        route,
+        calibration: request.calibration.as_ref().map(json),
+        dropped: dropped.to_vec(),
+        valid_until: request.valid_until.map(|d| d.to_string()),
+        signed_by: request.key.as_ref().map(|k| k.public().to_hex()),
+    })
+}
+
+fn json(value: &impl Serialize) -> serde_json::Value {
+    serde_json::to_value(value).expect("plain numbers serialise")
+}
+
+fn parts_of(store: &Reader, chosen: &[LayerPart]) -> Result<Vec<Part>, ExportError> {
+    let mut parts = Vec::new();
+    for part in chosen {
+        let layer = store.layer(&part.name)?;
+        for level in part.tiles.chunk_by(|a, b| a.zoom() == b.zoom()) {
+            let mut bytes = store.sizes(layer, level.iter().copied())?;
+            if !part.with_descriptors {
+                bytes.descriptors = 0;
+            }
+            parts.push(Part { layer: part.name.clone(), zoom: level[0].zoom(), tiles: level.len(), bytes });
+        }
+    }
+    Ok(parts)
+}
+
+fn coverages(store: &Reader, request: &ExportRequest, chosen: &[LayerPart]) -> Result<Vec<Coverage>, ExportError> {
+    chosen.iter().map(|part| coverage(store, store.layer(&part.name)?, request)).collect()
+}

@@ -1,0 +1,85 @@
+//! Which tiles of which layers and levels a corridor needs.
+
+use super::corridor::Corridor;
+use super::{ExportError, ExportRequest};
+use overfly_core::tile::TileId;
+use overfly_store::{Layer, LayerPart, Reader};
+use std::collections::BTreeSet;
+
+/// Pixels of a level that a search reads past the ground it compares: where a place's standing is weighed (30, more than the
+/// 8 of windows and the rims), and rounding.
+const MARGIN_PX: f64 = 40.0;
+
+/// The tiles of one level that a search within the corridor reads, by row and column: those that meet it, widened by what is
+/// read past it; and the eight around each, for a tile is described with its neighbours' edges. Of the coarsest level all:
+/// still coarser ones are made of it on the spot, whole tiles at a time, and it is small.
+///
+/// # Errors
+/// Where the store cannot be read or the route leaves the tile matrix.
+pub fn tiles_of_level(
+    store: &Reader,
+    layer: &Layer,
+    zoom: u8,
+    corridor: &Corridor,
+) -> Result<BTreeSet<TileId>, ExportError> {
+    let mut met = BTreeSet::new();
+    for region in corridor.regions(zoom, MARGIN_PX)? {
+        for footprint in store.footprints_in(layer, zoom, &region.mercator_bounds())? {
+            if !met.contains(&footprint.tile) && region.meets(&footprint.tile.mercator_bounds()) {
+                met.insert(footprint.tile);
+            }
+        }
+    }
+    let mut taken = BTreeSet::new();
+    for tile in met.iter().flat_map(|tile| around(*tile)) {
+        if met.contains(&tile) || (!taken.contains(&tile) && store.footprint(layer, tile)?.is_some()) {
+            taken.insert(tile);
+        }
+    }
+    Ok(taken)
+}
+
+/// A tile and the eight around it, across the antimeridian but not beyond the poles.
+fn around(tile: TileId) -> impl Iterator<Item = TileId> {
+    let matrix = 1i64 << tile.zoom();
+    (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(move |(dx, dy)| {
+        let column = (i64::from(tile.column()) + dx).rem_euclid(matrix);
+        let row = u32::try_from(i64::from(tile.row()) + dy).ok()?;
+        TileId::new(tile.zoom(), column as u32, row).ok()
+    })
+}
+
+/// What a request takes of every layer that it means, by name. A layer that does not meet the corridor is left out.
+///
+/// # Errors
+/// [`ExportError::NothingInCorridor`], a layer that is not there or not finished, or as [`tiles_of_level`].
+pub fn select(store: &Reader, request: &ExportRequest, corridor: &Corridor) -> Result<Vec<LayerPart>, ExportError> {
+    let mut layers: Vec<&Layer> = if request.layers.is_empty() {
+        store.layers().iter().filter(|l| l.complete).collect()
+    } else {
+        request.layers.iter().map(|name| store.layer(name)).collect::<Result<_, _>>()?
+    };
+    layers.sort_by(|a, b| a.name.cmp(&b.name));
+    layers.dedup_by(|a, b| a.name == b.name);
+    let mut parts = Vec::new();
+    for layer in layers {
+        let base = tiles_of_level(store, layer, layer.base_zoom, corridor)?;
+        if base.is_empty() {
+            continue;
+        }
+        let mut tiles = base;
+        for zoom in layer.min_zoom + 1..layer.base_zoom {
+            tiles.extend(tiles_of_level(store, layer, zoom, corridor)?);
+        }
+        tiles.extend(store.footprints(layer, layer.min_zoom)?.iter().map(|f| f.tile));
+        parts.push(LayerPart {
+            name: layer.name.clone(),
+            base_zoom: layer.base_zoom,
+            min_zoom: layer.min_zoom,
+            tiles: tiles.into_iter().collect(),
+            with_descriptors: true,
+            jpeg_quality: request.jpeg_quality,
+        });
+    }
+    if parts.is_empty() { Err(ExportError::NothingInCorridor { path: store.path().into() }) } else { Ok(parts) }
+}

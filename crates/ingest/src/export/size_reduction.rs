@@ -1,0 +1,122 @@
+//! What is dropped, and in which order, where an export must be small.
+
+use overfly_core::tile::{TileId, gsd_at};
+use overfly_store::package::Dropped;
+use overfly_store::{Layer, LayerPart};
+
+/// JPEG qualities of imagery that is encoded anew to be smaller (stored it has 90), and what of a hundred fixes over drawn ground of
+/// another season is then not had any more (docs/onboard.md).
+const QUALITIES: [(u8, u32); 2] = [(60, 5), (40, 10)];
+
+/// What a quality that the user states does, to be written down.
+pub fn stated_quality(quality: u8) -> Dropped {
+    let what = format!("imagery's quality: JPEG {quality} instead of 90, as asked");
+    let effect = "fixes on ground that has changed are fewer and less exact; docs/onboard.md has figures";
+    Dropped { what, effect: effect.into() }
+}
+
+/// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then whole
+/// layers, the oldest first (of unknown date before all others), down to one; then its finest level,
+/// again and again, down to one level; then its imagery's quality, which costs more fixes and saves less than a level. `None`
+/// where nothing is left that may be dropped.
+pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
+    if parts.iter().any(|p| p.with_descriptors) {
+        parts.iter_mut().for_each(|p| p.with_descriptors = false);
+        let effect = "none on fixes; /descriptors of a tile answers 404, and content hashes differ from the source's";
+        return Some(Dropped { what: "keypoint descriptors".into(), effect: effect.into() });
+    }
+    if parts.len() > 1 {
+        return shed_layer(parts, layers);
+    }
+    let part = parts.first_mut()?;
+    if part.base_zoom > part.min_zoom { Some(shed_level(part)) } else { shed_quality(part) }
+}
+
+fn shed_level(part: &mut LayerPart) -> Dropped {
+    let middle = part.tiles.iter().filter(|t| t.zoom() == part.base_zoom).nth(part.tiles.len() / 4);
+    let place = middle.or(part.tiles.last()).map(|t| t.centre());
+    let gsd = |zoom: u8| place.map_or(0.0, |at| gsd_at(at, zoom).mean_m_per_px());
+    let dropped = Dropped {
+        what: format!("level {} of layer {}", part.base_zoom, part.name),
+        effect: format!(
+            "the map's pixels are {:.2} m instead of {:.2} m: errors of fixes grow about as much, and a frame that shows less than {:.0} m across (46 pixels) is not found",
+            gsd(part.base_zoom - 1),
+            gsd(part.base_zoom),
+            46.0 * gsd(part.base_zoom - 1)
+        ),
+    };
+    part.base_zoom -= 1;
+    let finest = part.base_zoom;
+    part.tiles.retain(|t: &TileId| t.zoom() <= finest);
+    dropped
+}
+
+fn shed_quality(part: &mut LayerPart) -> Option<Dropped> {
+    let (quality, lost) = QUALITIES.into_iter().find(|(lower, _)| part.jpeg_quality.is_none_or(|q| q > *lower))?;
+    part.jpeg_quality = Some(quality);
+    let what = format!("imagery's quality: JPEG {quality} instead of 90");
+    let effect = format!(
+        "about {lost} in 100 fixes on ground that has changed are not had, and errors are a tenth larger; tiles with missing pixels stay as they are"
+    );
+    Some(Dropped { what, effect })
+}
+
+fn shed_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
+    let newest = |p: &LayerPart| {
+        let layer = layers.iter().find(|l| l.name == p.name);
+        layer.and_then(|l| l.acquired.as_ref()).map(|(_, last)| last.clone())
+    };
+    let oldest = (0..parts.len()).min_by_key(|&i| (newest(&parts[i]), parts[i].name.clone()))?;
+    let date = newest(&parts[oldest]).map_or("unknown date".into(), |d| format!("imagery up to {d}"));
+    let part = parts.remove(oldest);
+    Some(Dropped {
+        what: format!("layer {} ({date})", part.name),
+        effect: "none on fixes over the other layers; ground that only this epoch still resembles is not recognised"
+            .into(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layer(name: &str, acquired: Option<&str>) -> Layer {
+        Layer {
+            name: name.into(),
+            base_zoom: 14,
+            min_zoom: 13,
+            base_tiles: 1,
+            tiles: 2,
+            bounds_deg: [0.0; 4],
+            acquired: acquired.map(|d| (d.into(), d.into())),
+            complete: true,
+            digest: None,
+        }
+    }
+
+    #[test]
+    fn drops_in_the_stated_order_until_nothing_is_left() {
+        let layers = [layer("a", Some("2018-07-16")), layer("b", Some("2010-01-01")), layer("c", None)];
+        let tiles = vec![TileId::new(13, 4, 4).unwrap(), TileId::new(14, 8, 8).unwrap()];
+        let part = |l: &Layer| LayerPart {
+            name: l.name.clone(),
+            base_zoom: 14,
+            min_zoom: 13,
+            tiles: tiles.clone(),
+            with_descriptors: true,
+            jpeg_quality: None,
+        };
+        let mut parts: Vec<_> = layers.iter().map(part).collect();
+        let told: Vec<String> = std::iter::from_fn(|| shed(&mut parts, &layers)).map(|d| d.what).collect();
+        let expected = [
+            "keypoint descriptors",
+            "layer c (unknown date)",
+            "layer b (imagery up to 2010-01-01)",
+            "level 14 of layer a",
+            "imagery's quality: JPEG 60 instead of 90",
+            "imagery's quality: JPEG 40 instead of 90",
+        ];
+        assert_eq!(told, expected);
+        assert_eq!((parts.len(), parts[0].base_zoom, parts[0].tiles.len()), (1, 13, 1));
+    }
+}

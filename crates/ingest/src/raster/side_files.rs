@@ -1,0 +1,114 @@
+//! Files beside an image: the world file that places it, the `.prj` that names its CRS, GDAL's mask.
+
+use super::RasterError;
+use super::affine::Affine;
+use super::wkt::epsg_of_wkt;
+use crate::crs::Crs;
+use std::path::{Path, PathBuf};
+
+/// World files and `.prj` files larger than this are not what they say.
+const MAX_TEXT_BYTES: u64 = 64 << 10;
+
+/// Every file beside an image that says something about it and exists, in a fixed order.
+pub(super) fn side_files(path: &Path) -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = world_file(path).into_iter().collect();
+    found.extend(prj_file(path));
+    let mut mask = path.as_os_str().to_owned();
+    mask.push(".msk");
+    found.extend(Some(PathBuf::from(mask)).filter(|p| p.is_file()));
+    found
+}
+
+/// The geotransform of the world file beside an image, where there is one.
+///
+/// # Errors
+/// [`RasterError::BadGeoreference`] where it does not hold six numbers.
+pub(super) fn world_placement(path: &Path) -> Result<Option<Affine>, RasterError> {
+    let Some(beside) = world_file(path) else { return Ok(None) };
+    let text = read_text(&beside)?;
+    let numbers: Vec<f64> = text.split_whitespace().map_while(|word| word.replace(',', ".").parse().ok()).collect();
+    let [column_x, column_y, row_x, row_y, x, y] = numbers[..] else {
+        let reason = format!("a world file holds six numbers, this one {}", numbers.len());
+        return Err(RasterError::bad_georeference(&beside, reason));
+    };
+    // A world file gives the centre of the first pixel.
+    Ok(Some(Affine { origin: [x, y], column: [column_x, column_y], row: [row_x, row_y] }.corner_based()))
+}
+
+/// The CRS of the `.prj` beside an image, where there is one.
+///
+/// # Errors
+/// [`RasterError::NoCrs`] where its text names no EPSG code, [`RasterError::Crs`] where the code is refused.
+pub(super) fn prj_crs(path: &Path) -> Result<Option<Crs>, RasterError> {
+    let Some(beside) = prj_file(path) else { return Ok(None) };
+    let text = read_text(&beside)?;
+    let Some(code) = epsg_of_wkt(&text) else {
+        let start: String = text.trim().chars().take(60).collect();
+        let detail = format!(" by an EPSG code ({} holds '{start}...')", beside.display());
+        return Err(RasterError::NoCrs { path: path.into(), detail });
+    };
+    Crs::from_epsg(code).map(Some).map_err(|e| RasterError::crs(path, e))
+}
+
+fn read_text(path: &Path) -> Result<String, RasterError> {
+    let io = |e| RasterError::io(path, e);
+    let size = std::fs::metadata(path).map_err(io)?.len();
+    if size > MAX_TEXT_BYTES {
+        return Err(RasterError::bad_georeference(
+            path,
+            format!("it is {size} bytes long, a file of its kind a few hundred"),
+        ));
+    }
+    let bytes = std::fs::read(path).map_err(io)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// `a.pgw`, `a.pngw`, `a.png.wld`... : the first letter and the last of the extension and a w, the whole extension and
+/// a w, or `wld`; in lower and upper case.
+fn world_file(path: &Path) -> Option<PathBuf> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    let (first, last) = (extension.chars().next()?, extension.chars().last()?);
+    [format!("{first}{last}w"), format!("{extension}w"), "wld".into()].iter().find_map(|e| beside(path, e))
+}
+
+fn prj_file(path: &Path) -> Option<PathBuf> {
+    beside(path, "prj")
+}
+
+fn beside(path: &Path, extension: &str) -> Option<PathBuf> {
+    [extension.to_string(), extension.to_uppercase()].iter().map(|e| path.with_extension(e)).find(|p| p.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder_with(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(name), text).unwrap();
+        let image = folder.path().join("photo.png");
+        (folder, image)
+    }
+
+    #[test]
+    fn a_world_file_speaks_of_pixel_centres() {
+        for name in ["photo.pgw", "photo.pngw", "photo.wld", "photo.PGW"] {
+            let (_folder, image) = folder_with(name, "2.0\n0\n0\n-2.0\n1001.0\n4999.0\n");
+            let affine = world_placement(&image).unwrap().unwrap();
+            assert_eq!(affine.plane_from_pixel(0.0, 0.0), (1000.0, 5000.0), "{name}");
+        }
+    }
+
+    #[test]
+    fn refuses_a_torn_world_file() {
+        let (_folder, image) = folder_with("photo.pgw", "2.0\n0\n0\nabc");
+        assert_eq!(world_placement(&image).unwrap_err().code(), "source_bad_georeference");
+    }
+
+    #[test]
+    fn a_prj_without_a_code_names_the_remedy() {
+        let (_folder, image) = folder_with("photo.prj", "PROJCS[\"My own grid\",GEOGCS[\"x\"]]");
+        let error = prj_crs(&image).unwrap_err();
+        assert!(error.to_string().contains("--crs EPSG") && error.to_string().contains("My own grid"), "{error}");
+    }
+}

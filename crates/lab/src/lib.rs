@@ -1,0 +1,5 @@
+//! The laboratory: trials against truth, simulation, the paper's experiment, reports and pictures.
+
+pub mod explain;
+pub mod report;
+pub mod trial;

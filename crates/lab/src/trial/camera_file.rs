@@ -1,0 +1,18 @@
+//! `camera.toml`.
+
+use super::TrialError;
+use overfly_core::camera::Intrinsics;
+use std::path::Path;
+
+/// The camera that a `camera.toml` describes.
+///
+/// # Errors
+/// Where the file cannot be read, a key is missing or of the wrong kind, or the numbers cannot be a camera's.
+pub fn read_camera(path: &Path) -> Result<Intrinsics, TrialError> {
+    let not_a_camera = |reason: String| TrialError::NotACamera { path: path.into(), reason };
+    let text = std::fs::read_to_string(path).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;
+    let camera: Intrinsics =
+        toml::from_str(&text).map_err(|e| not_a_camera(e.to_string().trim().replace('\n', " ")))?;
+    camera.check().map_err(|e| not_a_camera(e.to_string()))?;
+    Ok(camera)
+}

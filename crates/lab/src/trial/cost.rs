@@ -1,0 +1,284 @@
+//! `evaluate cost`: how the time of a search grows with the tiles it searches.
+//!
+//! A frame is cut from the map itself, turned and made noisy, and searched for in squares of more and more tiles. The
+//! line through the medians is t = constant + K1 times tiles.
+
+use super::negatives::MappedGround;
+use super::{Spread, TrialError};
+use overfly_core::camera::{Camera, View};
+use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::pixels::Gray;
+use overfly_core::tile::{Gsd, TILE_SIZE_PX, TileId, WorldPixel, gsd_at};
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
+use overfly_store::{Layer, Reader};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What is measured.
+#[derive(Debug, Clone)]
+pub struct CostTrial {
+    /// Layer to search.
+    pub layer: String,
+    /// Areas to search, in base tiles.
+    pub tiles: Vec<f64>,
+    /// Searches of each area, every one from another prior.
+    pub repeats: usize,
+    /// Columns and rows of the frame, whose pixels are as large as the map's.
+    pub frame_px: [usize; 2],
+    /// Whether no heading is stated.
+    pub unknown_heading: bool,
+    /// Of priors and noise.
+    pub seed: u64,
+    /// Of each search.
+    pub threads: usize,
+}
+
+/// Searches of one area.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CostStep {
+    /// Area of the square, in base tiles.
+    pub tiles: f64,
+    /// Half its edge, metres.
+    pub half_width_m: f64,
+    /// Base tiles that meet the square or a frame within it.
+    pub tiles_searched: usize,
+    /// The paper's count.
+    pub nominal_count: f64,
+    /// Searches that found the frame.
+    pub right: usize,
+    /// Searches made.
+    pub repeats: usize,
+    /// Of the first search, before which nothing of the area was read, milliseconds.
+    pub first_ms: f64,
+    /// Of all others.
+    pub elapsed_ms: Spread,
+}
+
+/// The summary of `evaluate cost`, as JSON spells it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cost {
+    /// Columns and rows of the frame.
+    pub frame_px: [usize; 2],
+    /// Whether no heading was stated.
+    pub unknown_heading: bool,
+    /// K1: of the least-squares line through the medians.
+    pub seconds_per_tile: f64,
+    /// The same line at no tile.
+    pub constant_s: f64,
+    /// Area by area.
+    pub steps: Vec<CostStep>,
+    /// Areas, in tiles, of which the layer holds less than nine tenths.
+    pub skipped: Vec<f64>,
+    /// Of each search.
+    pub threads: usize,
+}
+
+/// True heading of the frame.
+const HEADING_RAD: f64 = 0.6;
+/// Noise added to the frame, one standard deviation, gray levels.
+const NOISE: f32 = 4.0;
+/// Right within this many pixels of the map.
+const RIGHT_PX: f64 = 3.0;
+
+impl CostTrial {
+    /// Measures; `progress` is called after each area.
+    ///
+    /// # Errors
+    /// Where an option is out of range, the layer is smaller than the frame, or the store fails.
+    pub fn run(&self, store: &Reader, mut progress: impl FnMut(&CostStep)) -> Result<Cost, TrialError> {
+        let refuse = |name, value: f64, expected| Err(TrialError::Option { name, value, expected });
+        if self.repeats < 2 {
+            return refuse("repeats", self.repeats as f64, "at least 2");
+        }
+        if let Some(&tiles) = self.tiles.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
+            return refuse("tiles", tiles, "positive areas, in base tiles");
+        }
+        let fail = |cause: LocateError| TrialError::Locate { image: "a frame cut from the map".into(), cause };
+        let layer = store.layer(&self.layer).map_err(|e| fail(e.into()))?;
+        let ground = MappedGround::of(store, layer).map_err(|e| fail(e.into()))?;
+        let Some(place) = ground.middle() else {
+            return refuse("tiles", 0.0, "a layer with imagery");
+        };
+        let gsd = gsd_at(place, layer.base_zoom);
+        let gray = self.cut(store, layer, place, gsd).map_err(fail)?;
+        let (mut steps, mut skipped) = (Vec::new(), Vec::new());
+        for &tiles in &self.tiles {
+            let half_width_m = tiles.sqrt() * f64::from(TILE_SIZE_PX) * gsd.mean_m_per_px() / 2.0;
+            if ground.shared_m2(place, half_width_m) < 0.9 * (2.0 * half_width_m).powi(2) {
+                skipped.push(tiles);
+                continue;
+            }
+            let step = self.step(store, &gray, place, gsd, tiles, half_width_m).map_err(fail)?;
+            progress(&step);
+            steps.push(step);
+        }
+        let [constant_s, seconds_per_tile] = line(&steps);
+        let (frame_px, unknown_heading, threads) = (self.frame_px, self.unknown_heading, self.threads);
+        Ok(Cost { frame_px, unknown_heading, seconds_per_tile, constant_s, steps, skipped, threads })
+    }
+
+    fn step(
+        &self,
+        store: &Reader,
+        gray: &Gray,
+        place: Geodetic,
+        gsd: Gsd,
+        tiles: f64,
+        half_width_m: f64,
+    ) -> Result<CostStep, LocateError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let frame = LocalFrame::at(place);
+        let (mut times, mut right, mut searched, mut nominal_count) = (Vec::new(), 0, 0, 0.0);
+        for _ in 0..self.repeats {
+            let mut axis = || rng.random_range(-0.4..0.4) * half_width_m;
+            let offset = Enu { east_m: axis(), north_m: axis() };
+            let centre = frame.geodetic_from_enu(offset).unwrap_or(place);
+            let request = FixRequest {
+                layer: self.layer.clone(),
+                position: PositionPrior::Square { centre, half_width_m },
+                heading: (!self.unknown_heading)
+                    .then_some(HeadingPrior { heading_rad: HEADING_RAD + 0.01, sigma_rad: 3f64.to_radians() }),
+                view: View::Nadir { gsd_m_per_px: gsd.mean_m_per_px() },
+                scale_sigma_ratio: 0.03,
+                time_s: None,
+            };
+            let asked = Instant::now();
+            let answer = locate(store, gray, &request, self.threads)?;
+            times.push(asked.elapsed().as_secs_f64() * 1e3);
+            (searched, nominal_count) = match &answer {
+                Answer::Fix(fix) => (fix.tiles_searched, fix.nominal_count),
+                Answer::NoFix(no_fix) => (no_fix.tiles_searched, no_fix.nominal_count),
+            };
+            right += usize::from(is_right(&answer, &frame, gsd));
+        }
+        let first_ms = times.remove(0);
+        let elapsed_ms = Spread::of(times).expect("at least two searches");
+        let repeats = self.repeats;
+        Ok(CostStep {
+            tiles,
+            half_width_m,
+            tiles_searched: searched,
+            nominal_count,
+            right,
+            repeats,
+            first_ms,
+            elapsed_ms,
+        })
+    }
+
+    /// What a camera above `place` would see if the map were the ground.
+    fn cut(&self, store: &Reader, layer: &Layer, place: Geodetic, gsd: Gsd) -> Result<Gray, LocateError> {
+        let [width, height] = self.frame_px;
+        let view = View::Nadir { gsd_m_per_px: gsd.mean_m_per_px() };
+        let camera = Camera::new(&view, width as u32, height as u32)?;
+        let reach_px = ((width as f64).hypot(height as f64) / 2.0).ceil() as i64 + 8;
+        let Ok(at) = WorldPixel::of(place, layer.base_zoom) else { return Ok(Gray::filled(width, height, 0.0)) };
+        let corner = [at.x_px as i64 - reach_px, at.y_px as i64 - reach_px];
+        let map = window(store, layer, corner, 2 * reach_px as usize)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let (sin, cos) = HEADING_RAD.sin_cos();
+        let mut seen = Gray::filled(width, height, 0.0);
+        for (i, value) in seen.values_mut().iter_mut().enumerate() {
+            let pixel = [(i % width) as f64 + 0.5, (i / width) as f64 + 0.5];
+            let [right_m, ahead_m] = camera.level_from_frame(pixel).unwrap_or([0.0; 2]);
+            let (east_m, north_m) = (right_m * cos + ahead_m * sin, ahead_m * cos - right_m * sin);
+            let (x, y) = (at.x_px + east_m / gsd.east_m_per_px, at.y_px - north_m / gsd.north_m_per_px);
+            // Twelve uniform numbers less six are near enough to normal.
+            let noise = (0..12).map(|_| rng.random::<f32>()).sum::<f32>() - 6.0;
+            let shown = map.sample(x - corner[0] as f64, y - corner[1] as f64);
+            *value = (shown + NOISE * noise).round().clamp(0.0, 255.0);
+        }
+        Ok(seen)
+    }
+}
+
+/// A square of the base level, 0 where there is no map.
+fn window(store: &Reader, layer: &Layer, corner: [i64; 2], edge_px: usize) -> Result<Gray, LocateError> {
+    let size = i64::from(TILE_SIZE_PX);
+    let mut map = Gray::filled(edge_px, edge_px, 0.0);
+    let range = |from: i64| from.div_euclid(size)..=(from + edge_px as i64 - 1).div_euclid(size);
+    for row in range(corner[1]) {
+        for column in range(corner[0]) {
+            let id = u32::try_from(column).ok().zip(u32::try_from(row).ok());
+            let Some(Ok(id)) = id.map(|(c, r)| TileId::new(layer.base_zoom, c, r)) else { continue };
+            let Some(tile) = store.tile(layer, id)? else { continue };
+            let gray = tile.colour.to_gray();
+            for y in (row * size).max(corner[1])..((row + 1) * size).min(corner[1] + edge_px as i64) {
+                for x in (column * size).max(corner[0])..((column + 1) * size).min(corner[0] + edge_px as i64) {
+                    let to = (y - corner[1]) as usize * edge_px + (x - corner[0]) as usize;
+                    map.values_mut()[to] = gray.at((x - column * size) as usize, (y - row * size) as usize);
+                }
+            }
+        }
+    }
+    Ok(map)
+}
+
+fn is_right(answer: &Answer, frame: &LocalFrame, gsd: Gsd) -> bool {
+    let Answer::Fix(fix) = answer else { return false };
+    Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)
+        .is_ok_and(|at| frame.enu_from_geodetic(at).length_m() <= RIGHT_PX * gsd.mean_m_per_px())
+}
+
+/// Constant and slope, seconds and seconds a tile, of the least-squares line through the medians.
+fn line(steps: &[CostStep]) -> [f64; 2] {
+    let n = steps.len() as f64;
+    let mean = |of: fn(&CostStep) -> f64| steps.iter().map(of).sum::<f64>() / n.max(1.0);
+    let (x, y) = (mean(|s| s.tiles), mean(|s| s.elapsed_ms.median / 1e3));
+    let sxx: f64 = steps.iter().map(|s| (s.tiles - x).powi(2)).sum();
+    let sxy: f64 = steps.iter().map(|s| (s.tiles - x) * (s.elapsed_ms.median / 1e3 - y)).sum();
+    let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
+    [y - slope * x, slope]
+}
+
+/// Writes `cost.csv` into a folder (made where absent) and returns its path.
+///
+/// # Errors
+/// Where the folder or file cannot be written.
+pub fn write_cost(folder: &Path, cost: &Cost) -> Result<PathBuf, TrialError> {
+    let mut text = String::from(
+        "tiles,half_width_m,tiles_searched,nominal_count,right,repeats,first_ms,median_ms,p95_ms,max_ms\n",
+    );
+    for s in &cost.steps {
+        let e = s.elapsed_ms;
+        text.push_str(&format!(
+            "{},{:.1},{},{:.2},{},{},{:.3},{:.3},{:.3},{:.3}\n",
+            s.tiles,
+            s.half_width_m,
+            s.tiles_searched,
+            s.nominal_count,
+            s.right,
+            s.repeats,
+            s.first_ms,
+            e.median,
+            e.p95,
+            e.max
+        ));
+    }
+    super::fix_table::write_table(folder, "cost.csv", &text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_goes_through_points_on_a_line() {
+        let step = |tiles: f64| CostStep {
+            tiles,
+            half_width_m: 100.0,
+            tiles_searched: 4,
+            nominal_count: 4.0,
+            right: 5,
+            repeats: 6,
+            first_ms: 90.0,
+            elapsed_ms: Spread { median: 12.0 + 3.0 * tiles, p95: 50.0, max: 60.0 },
+        };
+        let [constant_s, seconds_per_tile] = line(&[step(1.0), step(4.0), step(100.0)]);
+        assert!((constant_s - 0.012).abs() < 1e-12 && (seconds_per_tile - 0.003).abs() < 1e-12);
+        assert_eq!(line(&[]), [0.0, 0.0]);
+    }
+}

@@ -1,0 +1,255 @@
+//! `FixScore`: what a set of fixes is worth against truth.
+
+use super::ellipse::{CHI_SQUARE_95, nees};
+use super::{FixOutcome, Spread};
+use overfly_core::geodesy::Enu;
+use overfly_flight::locate::Answer;
+use serde::Serialize;
+
+/// The 97.5 % quantile of the normal distribution.
+const NORMAL_975: f64 = 1.959_963_985;
+/// Of a trimmed mean.
+const TRIMMED_SHARE: f64 = 0.975;
+/// Mean of a chi-square number of two degrees that lies below its 97.5 % quantile q = -2 ln 0.025:
+/// (2 - 0.025 (q + 2)) / 0.975.
+const TRIMMED_EXPECTATION: f64 = 1.810_827;
+
+/// The summary of `evaluate fixes`, as JSON spells it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FixScore {
+    /// Frames of the flight.
+    pub frames: usize,
+    /// Accepted.
+    pub fixes: usize,
+    /// Accepted and within `right_m`.
+    pub right: usize,
+    /// Accepted and not right.
+    #[serde(rename = "false")]
+    pub wrong: usize,
+    /// Not accepted.
+    pub no_fix: usize,
+    /// Of all accepted fixes, right or false, metres.
+    pub error_m: Option<Spread>,
+    /// Share of accepted fixes whose truth lies in their own 95 % ellipse.
+    pub ellipse95_coverage: Option<f64>,
+    /// Normalised estimation error squared of the accepted fixes, e^T C^-1 e: 2 where covariances are true.
+    #[serde(flatten)]
+    pub nees: Option<Nees>,
+    /// Long half axis of the accepted fixes' own 95 % ellipses, metres.
+    pub semi_major_95_m: Option<Spread>,
+    /// From the decoded frame in memory to the answer.
+    pub elapsed_ms: Option<Spread>,
+    /// From the file to the decoded frame.
+    pub decode_ms: Option<Spread>,
+    /// Base tiles whose imagery was searched.
+    pub tiles_searched: Option<Spread>,
+    /// What counts as right, metres.
+    pub right_m: f64,
+    /// Of each search.
+    pub threads: usize,
+}
+
+/// The mean of e^T C^-1 e over fixes, and where it lies if all covariances are true.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Nees {
+    /// Over all fixes; a single false one can dominate it.
+    #[serde(rename = "nees_mean")]
+    pub mean: f64,
+    /// Over the fixes below the 97.5 % quantile, scaled to expect 2 as well: what is left where outliers are cut.
+    #[serde(rename = "nees_trimmed_mean")]
+    pub trimmed_mean: f64,
+    /// Where `mean` lies in 95 of 100 sets of as many independent fixes.
+    #[serde(rename = "nees_band95")]
+    pub band95: [f64; 2],
+}
+
+impl FixScore {
+    /// Scores outcomes.
+    pub fn of(outcomes: &[FixOutcome], right_m: f64, threads: usize) -> Self {
+        let errors: Vec<f64> = outcomes.iter().filter_map(|o| o.error).map(Enu::length_m).collect();
+        let fixes = errors.len();
+        let right = errors.iter().filter(|e| **e <= right_m).count();
+        let covered = outcomes.iter().filter(|o| o.is_in_ellipse95() == Some(true)).count();
+        let spread = |of: fn(&FixOutcome) -> f64| Spread::of(outcomes.iter().map(of).collect());
+        Self {
+            frames: outcomes.len(),
+            fixes,
+            right,
+            wrong: fixes - right,
+            no_fix: outcomes.len() - fixes,
+            error_m: Spread::of(errors),
+            ellipse95_coverage: (fixes > 0).then(|| covered as f64 / fixes as f64),
+            nees: Nees::of(outcomes.iter().filter_map(FixOutcome::nees).collect()),
+            semi_major_95_m: Spread::of(outcomes.iter().filter_map(FixOutcome::semi_major_95_m).collect()),
+            elapsed_ms: spread(|o| o.elapsed_ms),
+            decode_ms: spread(|o| o.decode_ms),
+            tiles_searched: spread(|o| o.tiles_searched() as f64),
+            right_m,
+            threads,
+        }
+    }
+}
+
+impl Nees {
+    /// Of the values of some fixes; `None` of none.
+    fn of(mut values: Vec<f64>) -> Option<Self> {
+        if values.is_empty() {
+            return None;
+        }
+        values.sort_by(f64::total_cmp);
+        let n = values.len() as f64;
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+        let kept = (n * TRIMMED_SHARE).ceil() as usize;
+        // A sum of n is chi-square of 2 n degrees; its quantiles by Wilson and Hilferty, good to 0.1 % from n = 5 on.
+        let quantile = |z: f64| {
+            let k = 2.0 * n;
+            2.0 * (1.0 - 2.0 / (9.0 * k) + z * (2.0 / (9.0 * k)).sqrt()).powi(3)
+        };
+        let trimmed_mean = 2.0 * mean(&values[..kept]) / TRIMMED_EXPECTATION;
+        Some(Self { mean: mean(&values), trimmed_mean, band95: [quantile(-NORMAL_975), quantile(NORMAL_975)] })
+    }
+}
+
+impl FixOutcome {
+    /// e^T C^-1 e of the fix's error and its own covariance; `None` without a fix. Infinite where the covariance is not
+    /// positive definite.
+    pub fn nees(&self) -> Option<f64> {
+        let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
+        Some(nees(error, fix.covariance_m2))
+    }
+
+    /// Whether the truth lies in the fix's own 95 % ellipse; `None` without a fix. A covariance that is not positive
+    /// definite covers nothing.
+    pub fn is_in_ellipse95(&self) -> Option<bool> {
+        Some(self.nees()? <= CHI_SQUARE_95)
+    }
+
+    /// Long half axis of the fix's own 95 % ellipse, metres; `None` without a fix.
+    pub fn semi_major_95_m(&self) -> Option<f64> {
+        let (Answer::Fix(fix), Some(_)) = (&self.answer, self.error) else { return None };
+        let [[ee, en], [_, nn]] = fix.covariance_m2;
+        let greatest = (ee + nn) / 2.0 + ((ee - nn) / 2.0).hypot(en);
+        Some((CHI_SQUARE_95 * greatest.max(0.0)).sqrt())
+    }
+
+    /// Base tiles whose imagery was searched.
+    pub fn tiles_searched(&self) -> usize {
+        match &self.answer {
+            Answer::Fix(fix) => fix.tiles_searched,
+            Answer::NoFix(no_fix) => no_fix.tiles_searched,
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use overfly_core::geodesy::{Geodetic, LocalFrame};
+    use overfly_flight::locate::{Fix, NoFix, Point, Reason};
+
+    /// A fix off by `error` metres with a given covariance, or none.
+    pub(crate) fn outcome(error: Option<[f64; 2]>, covariance_m2: [[f64; 2]; 2]) -> FixOutcome {
+        let truth = Geodetic::from_degrees(48.0, 15.0).unwrap();
+        let error = error.map(|[east_m, north_m]| Enu { east_m, north_m });
+        let answer = match error {
+            Some(error) => {
+                let at = LocalFrame::at(truth).geodetic_from_enu(error).unwrap();
+                let point = Point { latitude_deg: at.latitude_deg(), longitude_deg: at.longitude_deg() };
+                Answer::Fix(Fix {
+                    latitude_deg: point.latitude_deg,
+                    longitude_deg: point.longitude_deg,
+                    heading_deg: 12.0,
+                    heading_sigma_deg: 0.2,
+                    gsd_m_per_px: 1.0,
+                    scale_sigma_ratio: 0.001,
+                    covariance_m2,
+                    score: 20.0,
+                    false_fix_probability: 1e-9,
+                    log10_false_alarms: Some(-9.0),
+                    image_centre: point,
+                    inliers: 30,
+                    tiles_searched: 6,
+                    nominal_count: 4.0,
+                    map_epoch: None,
+                    time_s: None,
+                    elapsed_ms: 10.0,
+                })
+            }
+            None => Answer::NoFix(NoFix {
+                reason: Reason::Ambiguous,
+                detail: "two places".into(),
+                score: None,
+                log10_false_alarms: None,
+                tiles_searched: 9,
+                nominal_count: 4.0,
+                time_s: None,
+                elapsed_ms: 12.0,
+            }),
+        };
+        FixOutcome { image: "a.png".into(), truth, prior: truth, answer, error, elapsed_ms: 10.0, decode_ms: 1.0 }
+    }
+
+    #[test]
+    fn counts_right_false_and_none_apart() {
+        let unit = [[1.0, 0.0], [0.0, 1.0]];
+        let outcomes = [
+            outcome(Some([3.0, 4.0]), unit),
+            outcome(Some([0.0, 1.0]), unit),
+            outcome(Some([300.0, 0.0]), unit),
+            outcome(None, unit),
+        ];
+        let score = FixScore::of(&outcomes, 5.0, 2);
+        assert_eq!((score.frames, score.fixes, score.right, score.wrong, score.no_fix), (4, 3, 2, 1, 1));
+        let error = score.error_m.unwrap();
+        assert!((error.median - 5.0).abs() < 1e-9 && (error.max - 300.0).abs() < 1e-9);
+        // Only the one at one sigma lies in its ellipse.
+        assert!((score.ellipse95_coverage.unwrap() - 1.0 / 3.0).abs() < 1e-12);
+        assert_eq!(score.tiles_searched.unwrap().max, 9.0);
+        let json = serde_json::to_value(&score).unwrap();
+        assert_eq!(json["false"], 1);
+        assert_eq!(json["error_m"]["p95"].as_f64().unwrap(), error.p95);
+    }
+
+    #[test]
+    fn an_ellipse_is_judged_along_its_own_axes() {
+        // Ten metres along its long axis (sigma 7), and the same ten across it (sigma about 1).
+        let slanted = [[25.0, 24.0], [24.0, 25.0]];
+        let d = 10.0 / f64::sqrt(2.0);
+        assert_eq!(outcome(Some([d, d]), slanted).is_in_ellipse95(), Some(true));
+        assert_eq!(outcome(Some([d, -d]), slanted).is_in_ellipse95(), Some(false));
+        assert_eq!(outcome(Some([0.0, 0.0]), [[1.0, 1.0], [1.0, 1.0]]).is_in_ellipse95(), Some(false));
+        assert_eq!(outcome(None, slanted).is_in_ellipse95(), None);
+    }
+
+    #[test]
+    fn nees_of_true_covariances_lies_in_its_band() {
+        // Quantiles of chi-square with two degrees, -2 ln(1 - p), in all directions of a slanted covariance.
+        let covariance = [[25.0, 12.0], [12.0, 9.0]];
+        let (l00, l10) = (5.0, 12.0 / 5.0);
+        let l11 = f64::sqrt(9.0 - l10 * l10);
+        let outcomes: Vec<_> = (0..400)
+            .map(|i| {
+                let (p, angle) = ((f64::from(i) + 0.5) / 400.0, f64::from(i) * 2.4);
+                let (u, v) =
+                    ((-2.0 * (1.0 - p).ln()).sqrt() * angle.cos(), (-2.0 * (1.0 - p).ln()).sqrt() * angle.sin());
+                outcome(Some([l00 * u, l10 * u + l11 * v]), covariance)
+            })
+            .collect();
+        let score = FixScore::of(&outcomes, 100.0, 1);
+        let nees = score.nees.unwrap();
+        assert!((nees.mean - 2.0).abs() < 0.02 && (nees.trimmed_mean - 2.0).abs() < 0.02, "{nees:?}");
+        // scipy.stats.chi2.ppf([0.025, 0.975], 800) / 400 = [1.808781, 2.200688]
+        assert!((nees.band95[0] - 1.808_781).abs() < 1e-3 && (nees.band95[1] - 2.200_688).abs() < 1e-3, "{nees:?}");
+        assert!((score.ellipse95_coverage.unwrap() - 0.95).abs() < 0.003);
+        assert_eq!(serde_json::to_value(&score).unwrap()["nees_mean"], nees.mean);
+        // Half axes of the 95 % ellipse: eigenvalues 17 +- sqrt(64 + 144).
+        let semi_major_m = (CHI_SQUARE_95 * (17.0 + 208f64.sqrt())).sqrt();
+        assert!((score.semi_major_95_m.unwrap().median - semi_major_m).abs() < 1e-9);
+    }
+
+    #[test]
+    fn no_frame_accepted_is_a_score_too() {
+        let score = FixScore::of(&[outcome(None, [[1.0, 0.0], [0.0, 1.0]])], 5.0, 1);
+        assert_eq!((score.fixes, score.error_m, score.ellipse95_coverage), (0, None, None));
+    }
+}

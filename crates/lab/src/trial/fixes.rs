@@ -1,0 +1,170 @@
+//! `evaluate fixes`: every frame of a flight located on its own from a displaced prior, and scored against truth.
+
+use super::{Flight, Frame, TrialError};
+use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_flight::frame::{ReducedFrame, read_large_frame};
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_store::Reader;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::time::Instant;
+
+/// What is told to the search.
+#[derive(Debug, Clone)]
+pub struct FixTrial {
+    /// Layer to search.
+    pub layer: String,
+    /// The prior is displaced by a uniform error of up to this per axis, and the search covers a square of this half
+    /// width, metres.
+    pub prior_error_m: f64,
+    /// Of the displacements.
+    pub seed: u64,
+    /// One standard deviation stated for the heading, degrees; `None` leaves the heading unknown.
+    pub heading_sigma_deg: Option<f64>,
+    /// One standard deviation stated for the height, as a ratio.
+    pub height_sigma_ratio: f64,
+    /// Whether the whole layer is searched.
+    pub unknown_position: bool,
+    /// For each search; frames are located one after another, so that times mean something.
+    pub threads: usize,
+}
+
+/// What came of one frame.
+#[derive(Debug, Clone)]
+pub struct FixOutcome {
+    /// As `flight.csv` names it.
+    pub image: String,
+    /// The true nadir.
+    pub truth: Geodetic,
+    /// The middle of the square that was searched.
+    pub prior: Geodetic,
+    /// The answer.
+    pub answer: Answer,
+    /// Fix less truth; `None` without a fix.
+    pub error: Option<Enu>,
+    /// From the decoded frame in memory to the answer, milliseconds.
+    pub elapsed_ms: f64,
+    /// From the file to the decoded frame, milliseconds.
+    pub decode_ms: f64,
+}
+
+impl FixTrial {
+    fn check(&self) -> Result<(), TrialError> {
+        let positive = |name, value: f64, expected| {
+            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(TrialError::Option { name, value, expected }) }
+        };
+        positive("prior_error_m", self.prior_error_m, "a positive number of metres")?;
+        positive("height_sigma_ratio", self.height_sigma_ratio, "a positive ratio")?;
+        positive("heading_sigma_deg", self.heading_sigma_deg.unwrap_or(1.0), "a positive number of degrees")
+    }
+
+    /// Locates every frame; `progress` is called after each with what came of it.
+    ///
+    /// # Errors
+    /// Where a frame has no truth or cannot be decoded, or the store fails. "No fix" is an outcome.
+    pub fn run(
+        &self,
+        store: &Reader,
+        flight: &Flight,
+        mut progress: impl FnMut(&FixOutcome),
+    ) -> Result<Vec<FixOutcome>, TrialError> {
+        self.check()?;
+        let no_truth = |f: &&Frame| f.true_position.is_none();
+        if let Some(frame) = flight.frames.iter().find(no_truth) {
+            return Err(TrialError::NoTruth { path: flight.path.clone(), line: frame.line });
+        }
+        let mut outcomes = Vec::with_capacity(flight.frames.len());
+        for (index, frame) in flight.frames.iter().enumerate() {
+            let outcome = self.locate_frame(store, flight, index, frame)?;
+            progress(&outcome);
+            outcomes.push(outcome);
+        }
+        Ok(outcomes)
+    }
+
+    fn locate_frame(
+        &self,
+        store: &Reader,
+        flight: &Flight,
+        index: usize,
+        frame: &Frame,
+    ) -> Result<FixOutcome, TrialError> {
+        let truth = frame.true_position.expect("checked by the caller");
+        let prior = self.displaced(truth, index);
+        let request = self.request(flight, frame, prior);
+        let opened = Instant::now();
+        let ReducedFrame { gray: pixels, reduction } = read_large_frame(&frame.path)?;
+        let decode_ms = milliseconds(opened);
+        let asked = Instant::now();
+        let answer = locate(store, &pixels, &request, self.threads)
+            .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
+            .in_pixels_of(reduction);
+        let elapsed_ms = milliseconds(asked);
+        let error = match &answer {
+            Answer::Fix(fix) => Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)
+                .ok()
+                .map(|at| LocalFrame::at(truth).enu_from_geodetic(at)),
+            Answer::NoFix(_) => None,
+        };
+        Ok(FixOutcome { image: frame.image.clone(), truth, prior, answer, error, elapsed_ms, decode_ms })
+    }
+
+    /// The prior of one frame: a stream of its own per frame, so that neither order nor threads matter.
+    fn displaced(&self, truth: Geodetic, index: usize) -> Geodetic {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(index as u64);
+        let mut axis = || rng.random_range(-self.prior_error_m..=self.prior_error_m);
+        let error = Enu { east_m: axis(), north_m: axis() };
+        LocalFrame::at(truth).geodetic_from_enu(error).unwrap_or(truth)
+    }
+
+    fn request(&self, flight: &Flight, frame: &Frame, prior: Geodetic) -> FixRequest {
+        // A metre and a thousandth more: north at the prior is not quite north at the truth.
+        let square = PositionPrior::Square { centre: prior, half_width_m: self.prior_error_m * 1.001 + 1.0 };
+        FixRequest {
+            layer: self.layer.clone(),
+            position: if self.unknown_position { PositionPrior::WholeLayer } else { square },
+            heading: self
+                .heading_sigma_deg
+                .map(|sigma| HeadingPrior { heading_rad: frame.heading_rad, sigma_rad: sigma.to_radians() }),
+            view: frame.view(&flight.camera),
+            scale_sigma_ratio: self.height_sigma_ratio,
+            time_s: Some(frame.time_s),
+        }
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_micros() as f64 / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(seed: u64) -> FixTrial {
+        FixTrial {
+            layer: "ortho".into(),
+            prior_error_m: 500.0,
+            seed,
+            heading_sigma_deg: Some(3.0),
+            height_sigma_ratio: 0.03,
+            unknown_position: false,
+            threads: 1,
+        }
+    }
+
+    #[test]
+    fn displaces_the_prior_evenly_within_the_square_and_by_seed_alone() {
+        let truth = Geodetic::from_degrees(60.0, 10.0).unwrap();
+        let frame = LocalFrame::at(truth);
+        let offsets: Vec<_> = (0..400).map(|i| frame.enu_from_geodetic(trial(3).displaced(truth, i))).collect();
+        assert!(offsets.iter().all(|o| o.east_m.abs() <= 500.001 && o.north_m.abs() <= 500.001));
+        // A uniform distribution over 1000 m has a deviation of 289 m; its mean over 400 lies within 3 * 14.4 m.
+        let mean = offsets.iter().map(|o| o.east_m).sum::<f64>() / 400.0;
+        let deviation = (offsets.iter().map(|o| (o.north_m).powi(2)).sum::<f64>() / 400.0).sqrt();
+        assert!(mean.abs() < 43.0 && (deviation - 289.0).abs() < 25.0, "{mean} {deviation}");
+        assert_eq!(trial(3).displaced(truth, 7), trial(3).displaced(truth, 7));
+        assert_ne!(trial(3).displaced(truth, 7), trial(4).displaced(truth, 7));
+    }
+}

@@ -1,0 +1,110 @@
+//! `FlightScale`: one factor for all heights of a flight, and what dead reckoning is worth with it.
+//!
+//! A nominal focal length and an altimeter that is off stretch every step alike. One factor takes both out.
+
+use super::FlyOutcome;
+use overfly_core::geodesy::{Enu, LocalFrame};
+use serde::Serialize;
+
+/// What told the factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ScaleSource {
+    /// The flight's own fixes.
+    Fixes,
+    /// The true track, by least squares: what one factor could do at best, for flights without fixes.
+    Truth,
+}
+
+/// True height over what the altimeter says, one for the flight.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FlightScale {
+    /// The factor.
+    pub ratio: f64,
+    /// One standard deviation of it, as a ratio; absent where truth told it.
+    pub sigma_ratio: Option<f64>,
+    /// What told it.
+    pub from: ScaleSource,
+}
+
+impl FlightScale {
+    /// As the last position of a flight knows it from fixes; else from truth and dead reckoning, run by run. `None` where there is
+    /// neither fix nor way.
+    pub fn of(outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>]) -> Option<Self> {
+        let fixed = outcomes.last().map(|o| &o.position).filter(|p| p.fix_age_s.is_some());
+        if let Some(last) = fixed {
+            let sigma_ratio = Some(last.height_scale_sigma_ratio);
+            return Some(Self { ratio: last.height_scale, sigma_ratio, from: ScaleSource::Fixes });
+        }
+        let (mut product, mut square) = (0.0, 0.0);
+        for (truth, found) in reckoned.iter().flat_map(|run| run.iter().map(|o| ways(&run[0], o))) {
+            product += truth.east_m * found.east_m + truth.north_m * found.north_m;
+            square += found.east_m.powi(2) + found.north_m.powi(2);
+        }
+        (square > 0.0).then(|| Self { ratio: product / square, sigma_ratio: None, from: ScaleSource::Truth })
+    }
+
+    /// How far off the end of a run is whose steps are all scaled, metres.
+    pub fn end_error_m(&self, run: &[FlyOutcome]) -> f64 {
+        let [Some(first), Some(last)] = [run.first(), run.last()] else { return 0.0 };
+        let (truth, found) = ways(first, last);
+        (self.ratio * found.east_m - truth.east_m).hypot(self.ratio * found.north_m - truth.north_m)
+    }
+}
+
+/// The true way and the found one since a run began.
+fn ways(first: &FlyOutcome, now: &FlyOutcome) -> (Enu, Enu) {
+    let since = |from, to| LocalFrame::at(from).enu_from_geodetic(to);
+    (since(first.truth, now.truth), since(first.position.position, now.position.position))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use overfly_core::geodesy::Geodetic;
+    use overfly_flight::navigate::{Position, Source};
+
+    /// A flight east in steps of 100 m that dead reckoning takes for `reckoned_m` each.
+    fn run(reckoned_m: f64, height_scale: f64, fix_age_s: Option<f64>) -> Vec<FlyOutcome> {
+        let start = Geodetic::from_degrees(47.0, -99.0).unwrap();
+        let at = |east_m| LocalFrame::at(start).geodetic_from_enu(Enu { east_m, north_m: 0.0 }).unwrap();
+        let outcome = |i: u32| {
+            let (position, truth) = (at(f64::from(i) * reckoned_m), at(f64::from(i) * 100.0));
+            let known = Position {
+                time_s: f64::from(i),
+                source: Source::Propagated,
+                position,
+                heading_rad: 0.0,
+                heading_sigma_rad: 0.01,
+                covariance_m2: [[1.0, 0.0], [0.0, 1.0]],
+                height_scale,
+                height_scale_sigma_ratio: 0.002,
+                fix_age_s,
+                tiles_searched: 0,
+                nominal_count: 0.0,
+                relative_count: 0,
+                absolute_count: 0,
+                fix: None,
+            };
+            let error = LocalFrame::at(truth).enu_from_geodetic(position);
+            FlyOutcome { image: i.to_string(), position: known, truth, error, fix_error_m: None, is_hidden: false }
+        };
+        (0..6).map(outcome).collect()
+    }
+
+    #[test]
+    fn truth_tells_the_factor_where_no_fix_does() {
+        let reckoned = [run(98.0, 1.0, None), run(102.0, 1.0, None)];
+        let scale = FlightScale::of(&reckoned[0], &reckoned).unwrap();
+        // Least squares over both: 100 (98 + 102) / (98^2 + 102^2).
+        assert!((scale.ratio - 20_000.0 / 20_008.0).abs() < 1e-6 && scale.from == ScaleSource::Truth, "{scale:?}");
+        assert!((scale.end_error_m(&reckoned[0]) - 10.2).abs() < 0.1);
+        assert_eq!(FlightScale::of(&[], &[]), None);
+    }
+
+    #[test]
+    fn fixes_tell_it_before_truth() {
+        let scale = FlightScale::of(&run(100.0, 1.03, Some(4.0)), &[run(98.0, 1.0, None)]).unwrap();
+        assert_eq!((scale.ratio, scale.sigma_ratio, scale.from), (1.03, Some(0.002), ScaleSource::Fixes));
+    }
+}

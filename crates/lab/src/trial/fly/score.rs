@@ -1,0 +1,117 @@
+//! `FlyScore`: what a replayed flight is worth against truth.
+
+use super::{FlightScale, FlyOutcome};
+use crate::trial::Spread;
+use crate::trial::ellipse::{CHI_SQUARE_95, nees};
+use overfly_core::coupling::Mode;
+use overfly_core::geodesy::LocalFrame;
+use serde::Serialize;
+
+/// The summary of `fly`, as JSON spells it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FlyScore {
+    /// How registrations were coupled.
+    pub mode: Mode,
+    /// Images.
+    pub frames: usize,
+    /// Absolute registrations that said where the image is, taken in or not.
+    pub fixes: usize,
+    /// Of these, those farther than `right_m` from the truth.
+    #[serde(rename = "false")]
+    pub wrong: usize,
+    /// Of all positions, propagated ones too, metres.
+    pub position_error_m: Option<Spread>,
+    /// Of dead reckoning by relative registrations alone, from the true start of each run between pauses, metres.
+    pub dead_reckoning_error_m: Option<Spread>,
+    /// Share of positions whose truth lies in their own 95 % ellipse.
+    pub ellipse95_coverage: Option<f64>,
+    /// Absolute registrations begun.
+    pub absolute_count: usize,
+    /// Relative registrations tried.
+    pub relative_count: usize,
+    /// Clear images from the last trouble (hidden images, or the start) until positions were within `right_m` for good; `None`
+    /// where they never were.
+    pub recovered_after_frames: Option<usize>,
+    /// What counts as right, metres.
+    pub right_m: f64,
+    /// One factor for all heights of the flight.
+    pub scale: Option<FlightScale>,
+    /// Dead reckoning, run by run.
+    pub dead_reckoning_runs: Vec<RunScore>,
+}
+
+/// One run of dead reckoning, between pauses.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunScore {
+    /// The first image.
+    pub image: String,
+    /// Images.
+    pub frames: usize,
+    /// Length of the true way, metres.
+    pub path_m: f64,
+    /// Error at the last image, metres.
+    pub end_error_m: f64,
+    /// That over the way.
+    pub end_error_share: f64,
+    /// The same once all steps of the flight are scaled by [`FlyScore::scale`].
+    pub scaled_end_error_share: Option<f64>,
+}
+
+impl FlyScore {
+    /// Scores a flight beside its dead reckoning.
+    pub fn of(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> Self {
+        let length_m = |o: &FlyOutcome| o.error.length_m();
+        let fix_errors: Vec<f64> = outcomes.iter().filter_map(|o| o.fix_error_m).collect();
+        let scale = FlightScale::of(outcomes, reckoned);
+        let runs = reckoned.iter().filter(|run| run.len() > 1);
+        let covered = outcomes.iter().filter(|o| is_in_ellipse95(o)).count();
+        Self {
+            mode,
+            frames: outcomes.len(),
+            fixes: fix_errors.len(),
+            wrong: fix_errors.iter().filter(|e| **e > right_m).count(),
+            position_error_m: Spread::of(outcomes.iter().map(length_m).collect()),
+            dead_reckoning_error_m: Spread::of(reckoned.iter().flatten().map(length_m).collect()),
+            ellipse95_coverage: (!outcomes.is_empty()).then(|| covered as f64 / outcomes.len() as f64),
+            absolute_count: outcomes.iter().map(|o| o.position.absolute_count).sum(),
+            relative_count: outcomes.iter().map(|o| o.position.relative_count).sum(),
+            recovered_after_frames: recovered_after(outcomes, right_m),
+            right_m,
+            scale,
+            dead_reckoning_runs: runs.map(|run| run_score(run, scale)).collect(),
+        }
+    }
+}
+
+fn is_in_ellipse95(o: &FlyOutcome) -> bool {
+    nees(o.error, o.position.covariance_m2) <= CHI_SQUARE_95
+}
+
+/// Clear images between the last hidden one (or the start) and the first from which on every position is right.
+fn recovered_after(outcomes: &[FlyOutcome], right_m: f64) -> Option<usize> {
+    let begin = outcomes.iter().rposition(|o| o.is_hidden).map_or(0, |last| last + 1);
+    let last_wrong = outcomes.iter().rposition(|o| o.error.length_m() > right_m && !o.is_hidden);
+    if begin == outcomes.len() {
+        return None;
+    }
+    match last_wrong {
+        Some(last) if last + 1 == outcomes.len() => None,
+        Some(last) if last >= begin => Some(last + 1 - begin),
+        _ => Some(0),
+    }
+}
+
+fn run_score(run: &[FlyOutcome], scale: Option<FlightScale>) -> RunScore {
+    let between = |a, b| LocalFrame::at(a).enu_from_geodetic(b);
+    let path_m: f64 = run.windows(2).map(|w| between(w[0].truth, w[1].truth).length_m()).sum();
+    let (first, last) = (&run[0], &run[run.len() - 1]);
+    let end_error_m = last.error.length_m();
+    RunScore {
+        image: first.image.clone(),
+        frames: run.len(),
+        path_m,
+        end_error_m,
+        end_error_share: end_error_m / path_m,
+        scaled_end_error_share: scale.map(|s| s.end_error_m(run) / path_m),
+    }
+}

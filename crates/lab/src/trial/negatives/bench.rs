@@ -1,0 +1,192 @@
+//! `Bench`: one trial after another, each from its own stream of chance.
+
+use super::altered::{self, Shown};
+use super::ground::MappedGround;
+use super::{Kind, NegativeOutcome, NegativeSearch, NegativeTrial, drawn};
+use crate::trial::{Flight, Frame, TrialError};
+use overfly_core::camera::{Camera, CameraError};
+use overfly_core::geodesy::Geodetic;
+use overfly_core::pixels::Gray;
+use overfly_flight::frame::read_frame;
+use overfly_flight::locate::{FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_store::Reader;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::time::Instant;
+
+/// Trials of one frame that one thread makes in a row.
+const CHUNK: usize = 32;
+/// Longer side of frames that are drawn, pixels: finer ones show nothing more.
+const DRAWN_EDGE_PX: usize = 512;
+
+/// All that trials have in common.
+pub struct Bench<'a> {
+    trial: &'a NegativeTrial,
+    store: &'a Reader,
+    ground: MappedGround,
+    flight: &'a Flight,
+    foreign: Option<&'a Flight>,
+    kinds: Vec<Kind>,
+}
+
+impl<'a> Bench<'a> {
+    /// For a trial; without frames of a `foreign` flight that kind is left out.
+    pub fn new(
+        trial: &'a NegativeTrial,
+        store: &'a Reader,
+        flight: &'a Flight,
+        foreign: Option<&'a Flight>,
+    ) -> Result<Self, TrialError> {
+        let ground = store.layer(&trial.layer).and_then(|layer| MappedGround::of(store, layer));
+        let image = || flight.frames[0].image.clone();
+        let ground = ground.map_err(|e| TrialError::Locate { image: image(), cause: e.into() })?;
+        let kinds = trial.kinds.iter().copied().filter(|k| *k != Kind::Foreign || foreign.is_some()).collect();
+        Ok(Self { trial, store, ground, flight, foreign, kinds })
+    }
+
+    /// A stream of its own per trial, so that neither order nor threads matter.
+    fn rng(&self, number: usize) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.trial.seed);
+        rng.set_stream(number as u64);
+        rng
+    }
+
+    /// Kind and region go round in turn, frames by lot.
+    fn cell(&self, number: usize) -> (Kind, f64) {
+        let (kinds, regions) = (&self.kinds, &self.trial.regions);
+        (kinds[number % kinds.len()], regions[number / kinds.len() % regions.len()])
+    }
+
+    /// The trials, in pieces that share a frame, so that it is decoded once for many.
+    pub fn chunks(&self) -> Vec<(usize, Vec<usize>)> {
+        let frames = self.flight.frames.len();
+        let mut by_frame = vec![Vec::new(); frames];
+        if !self.kinds.is_empty() {
+            for number in 0..self.trial.trials {
+                by_frame[self.rng(number).random_range(0..frames)].push(number);
+            }
+        }
+        let pieces = |(frame, numbers): (usize, Vec<usize>)| {
+            numbers.chunks(CHUNK).map(|piece| (frame, piece.to_vec())).collect::<Vec<_>>()
+        };
+        by_frame.into_iter().enumerate().flat_map(pieces).collect()
+    }
+
+    /// Makes some trials of one frame.
+    pub fn try_all(
+        &self,
+        frame: usize,
+        numbers: &[usize],
+        progress: &(impl Fn(&NegativeOutcome) + Sync),
+    ) -> Result<Vec<NegativeOutcome>, TrialError> {
+        let frame = &self.flight.frames[frame];
+        let gray = read_frame(&frame.path)?;
+        let one = |&number: &usize| {
+            let outcome = self.try_one(frame, &gray, number)?;
+            progress(&outcome);
+            Ok(outcome)
+        };
+        numbers.iter().map(one).collect()
+    }
+
+    fn try_one(&self, frame: &Frame, gray: &Gray, number: usize) -> Result<NegativeOutcome, TrialError> {
+        let mut rng = self.rng(number);
+        // Drawn before by `chunks`, to choose the frame.
+        let _ = rng.random_range(0..self.flight.frames.len());
+        let (kind, region) = self.cell(number);
+        let is_heading_known = kind == Kind::Turned || !rng.random_bool(self.trial.unknown_heading_share);
+        let half_width_m = self.trial.prior_error_m * region.sqrt() * 1.001 + 1.0;
+        let search = match self.prior(frame, gray, kind, half_width_m, &mut rng)? {
+            Some((prior, shared_m2)) => {
+                let shown = self.shown(frame, gray, kind, &mut rng)?;
+                let searched_ratio = shared_m2 / (2.0 * self.trial.prior_error_m).powi(2);
+                Some(self.search(frame, &shown, is_heading_known, prior, half_width_m, searched_ratio)?)
+            }
+            None => None,
+        };
+        Ok(NegativeOutcome { number, kind, region, image: frame.image.clone(), is_heading_known, search })
+    }
+
+    /// The middle of the square to search, and how much imagery it holds.
+    fn prior(
+        &self,
+        frame: &Frame,
+        gray: &Gray,
+        kind: Kind,
+        half_width_m: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Option<(Geodetic, f64)>, TrialError> {
+        let truth = frame.true_position.expect("checked by the caller");
+        let prior = match kind {
+            Kind::Elsewhere => self.ground.elsewhere(truth, half_width_m + self.reach_m(frame, gray)?, rng),
+            _ if kind.is_without_place() => self.ground.anywhere(rng),
+            _ => Some(self.ground.displaced(truth, half_width_m, rng)),
+        };
+        Ok(prior.map(|p| (p, self.ground.shared_m2(p, half_width_m))))
+    }
+
+    /// Farthest that the frame shows ground from its nadir, metres.
+    fn reach_m(&self, frame: &Frame, gray: &Gray) -> Result<f64, TrialError> {
+        let view = frame.view(&self.flight.camera);
+        let camera =
+            Camera::new(&view, gray.width_px() as u32, gray.height_px() as u32).map_err(|e| unusable(frame, e))?;
+        let corners = camera.footprint_in_level().unwrap_or_default();
+        Ok(corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max))
+    }
+
+    /// The spoiled frame.
+    fn shown(&self, frame: &Frame, gray: &Gray, kind: Kind, rng: &mut ChaCha8Rng) -> Result<Shown, TrialError> {
+        let view = frame.view(&self.flight.camera);
+        let (width, height) = (gray.width_px(), gray.height_px());
+        let shrink = (width.max(height) as f64 / DRAWN_EDGE_PX as f64).max(1.0);
+        let side = |n: usize| (n as f64 / shrink).round().max(1.0) as usize;
+        let drawn = match kind {
+            Kind::Elsewhere => gray.clone(),
+            Kind::Mirrored => return Ok(altered::mirrored(gray, &view)),
+            Kind::Turned => {
+                let turned = altered::turned(gray, &view, rng.random_range(1..4));
+                return turned.map_err(|e| unusable(frame, e));
+            }
+            Kind::Scaled => altered::magnified(gray, rng.random_range(1.3..1.6)),
+            Kind::Noise => drawn::noise(side(width), side(height), rng),
+            Kind::Water => drawn::water(side(width), side(height), rng),
+            Kind::Blank => drawn::blank(side(width), side(height), rng),
+            Kind::Fields => drawn::fields(side(width), side(height), -frame.heading_rad, rng),
+            Kind::Foreign => {
+                let frames = &self.foreign.expect("left out without such a flight").frames;
+                let other = read_frame(&frames[rng.random_range(0..frames.len())].path)?;
+                altered::fitted(&other, side(width), side(height))
+            }
+        };
+        Ok(Shown { gray: drawn, view })
+    }
+
+    fn search(
+        &self,
+        frame: &Frame,
+        shown: &Shown,
+        is_heading_known: bool,
+        prior: Geodetic,
+        half_width_m: f64,
+        searched_ratio: f64,
+    ) -> Result<NegativeSearch, TrialError> {
+        let sigma_rad = self.trial.heading_sigma_deg.to_radians();
+        let request = FixRequest {
+            layer: self.trial.layer.clone(),
+            position: PositionPrior::Square { centre: prior, half_width_m },
+            heading: is_heading_known.then_some(HeadingPrior { heading_rad: frame.heading_rad, sigma_rad }),
+            view: shown.view.clone(),
+            scale_sigma_ratio: self.trial.height_sigma_ratio,
+            time_s: None,
+        };
+        let asked = Instant::now();
+        let answer = locate(self.store, &shown.gray, &request, 1)
+            .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?;
+        let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
+        Ok(NegativeSearch { prior, searched_ratio, answer, elapsed_ms })
+    }
+}
+
+fn unusable(frame: &Frame, cause: CameraError) -> TrialError {
+    TrialError::Locate { image: frame.image.clone(), cause: cause.into() }
+}

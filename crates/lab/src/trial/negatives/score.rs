@@ -1,0 +1,248 @@
+//! `NegativeScore`: how often the search was falsely sure, what that proves, and whether what it stated is what came.
+
+use super::bound::{lower95, upper95};
+use super::{Kind, NegativeOutcome};
+use crate::trial::Spread;
+use serde::Serialize;
+
+/// Evidence is compared down to this power of ten.
+const DEEPEST_LOG10: i32 = -8;
+
+/// The summary of `evaluate negatives`, as JSON spells it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NegativeScore {
+    /// Searches made.
+    pub trials: usize,
+    /// Trials for which the layer has no room.
+    pub skipped: usize,
+    /// Searches that were falsely sure.
+    pub accepted: usize,
+    /// One-sided 95 % bound on the rate of false fixes among searches like these.
+    pub false_rate_upper95: f64,
+    /// The same by size of the region.
+    pub by_region: Vec<RegionScore>,
+    /// The same by kind and size of the region.
+    pub by_kind: Vec<KindScore>,
+    /// Stated accidents beside those that came, over all searches of frames whose ground the region does not show.
+    pub calibration: Vec<CalibrationStep>,
+    /// From the frame in memory to the answer.
+    pub elapsed_ms: Option<Spread>,
+    /// Searches at a time.
+    pub threads: usize,
+}
+
+/// All searches of regions of one size.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RegionScore {
+    /// Area asked for, in usual squares.
+    pub region: f64,
+    /// Area of it that holds map, in usual squares.
+    pub searched_ratio: Option<Spread>,
+    /// Searches made.
+    pub trials: usize,
+    /// Trials for which the layer has no room.
+    pub skipped: usize,
+    /// Searches that were falsely sure.
+    pub accepted: usize,
+    /// One-sided 95 % bound on the rate.
+    pub false_rate_upper95: f64,
+    /// Stated accidents beside those that came.
+    pub calibration: Vec<CalibrationStep>,
+}
+
+/// All searches of one kind over regions of one size.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct KindScore {
+    /// Why every fix is false.
+    pub kind: Kind,
+    /// Area asked for, in usual squares.
+    pub region: f64,
+    /// Searches made.
+    pub trials: usize,
+    /// Trials for which the layer has no room.
+    pub skipped: usize,
+    /// Searches that were falsely sure.
+    pub accepted: usize,
+    /// One-sided 95 % bound on the rate.
+    pub false_rate_upper95: f64,
+    /// The strongest evidence that any of them stated.
+    pub least_log10_false_alarms: Option<f64>,
+}
+
+/// Searches that stated fewer expected accidents than a power of ten, and how many may.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CalibrationStep {
+    /// x of 10^x.
+    pub log10_false_alarms: i32,
+    /// Searches whose statement is below.
+    pub observed: usize,
+    /// At most so many are to be expected: searches times 10^x.
+    pub expected: f64,
+    /// One-sided 95 % bounds on the true rate below x.
+    pub rate_lower95: f64,
+    /// See `rate_lower95`.
+    pub rate_upper95: f64,
+    /// Whether the statement may be true: 10^x is not below `rate_lower95`.
+    pub is_kept: bool,
+}
+
+/// Counts over some outcomes.
+struct Count {
+    trials: usize,
+    skipped: usize,
+    accepted: usize,
+}
+
+impl Count {
+    fn of(outcomes: &[&NegativeOutcome]) -> Self {
+        let skipped = outcomes.iter().filter(|o| o.search.is_none()).count();
+        let accepted = outcomes.iter().filter(|o| o.is_accepted()).count();
+        Self { trials: outcomes.len() - skipped, skipped, accepted }
+    }
+
+    fn false_rate_upper95(&self) -> f64 {
+        upper95(self.accepted, self.trials)
+    }
+}
+
+impl NegativeScore {
+    /// Scores outcomes.
+    pub fn of(outcomes: &[NegativeOutcome], threads: usize) -> Self {
+        let all: Vec<&NegativeOutcome> = outcomes.iter().collect();
+        let mut regions: Vec<f64> = all.iter().map(|o| o.region).collect();
+        regions.sort_by(f64::total_cmp);
+        regions.dedup();
+        let mut kinds: Vec<Kind> = all.iter().map(|o| o.kind).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        let count = Count::of(&all);
+        let chosen = |keep: &dyn Fn(&NegativeOutcome) -> bool| -> Vec<&NegativeOutcome> {
+            all.iter().copied().filter(|o| keep(o)).collect()
+        };
+        let elapsed = all.iter().filter_map(|o| Some(o.search.as_ref()?.elapsed_ms)).collect();
+        Self {
+            trials: count.trials,
+            skipped: count.skipped,
+            accepted: count.accepted,
+            false_rate_upper95: count.false_rate_upper95(),
+            by_region: regions.iter().map(|&r| RegionScore::of(r, &chosen(&|o| o.region == r))).collect(),
+            by_kind: kinds
+                .iter()
+                .flat_map(|&k| regions.iter().map(move |&r| (k, r)))
+                .map(|(k, r)| KindScore::of(k, r, &chosen(&|o| o.kind == k && o.region == r)))
+                .filter(|s| s.trials + s.skipped > 0)
+                .collect(),
+            calibration: calibration(&all),
+            elapsed_ms: Spread::of(elapsed),
+            threads,
+        }
+    }
+}
+
+impl RegionScore {
+    fn of(region: f64, outcomes: &[&NegativeOutcome]) -> Self {
+        let count = Count::of(outcomes);
+        let searched = outcomes.iter().filter_map(|o| Some(o.search.as_ref()?.searched_ratio)).collect();
+        Self {
+            region,
+            searched_ratio: Spread::of(searched),
+            trials: count.trials,
+            skipped: count.skipped,
+            accepted: count.accepted,
+            false_rate_upper95: count.false_rate_upper95(),
+            calibration: calibration(outcomes),
+        }
+    }
+}
+
+impl KindScore {
+    fn of(kind: Kind, region: f64, outcomes: &[&NegativeOutcome]) -> Self {
+        let count = Count::of(outcomes);
+        let evidence = outcomes.iter().filter_map(|o| o.log10_false_alarms());
+        Self {
+            kind,
+            region,
+            trials: count.trials,
+            skipped: count.skipped,
+            accepted: count.accepted,
+            false_rate_upper95: count.false_rate_upper95(),
+            least_log10_false_alarms: evidence.reduce(f64::min),
+        }
+    }
+}
+
+/// From 10^-1 down.
+fn calibration(outcomes: &[&NegativeOutcome]) -> Vec<CalibrationStep> {
+    let outcomes: Vec<&NegativeOutcome> = outcomes.iter().copied().filter(|o| !o.kind.shows_its_ground()).collect();
+    let trials = Count::of(&outcomes).trials;
+    let stated: Vec<f64> = outcomes.iter().filter_map(|o| o.log10_false_alarms()).collect();
+    (DEEPEST_LOG10..=-1)
+        .rev()
+        .map(|x| {
+            let observed = stated.iter().filter(|s| **s < f64::from(x)).count();
+            let rate_lower95 = lower95(observed, trials);
+            CalibrationStep {
+                log10_false_alarms: x,
+                observed,
+                expected: trials as f64 * 10f64.powi(x),
+                rate_lower95,
+                rate_upper95: upper95(observed, trials),
+                is_kept: 10f64.powi(x) >= rate_lower95,
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::trial::fix_score::tests::outcome as fix_outcome;
+    use crate::trial::negatives::NegativeSearch;
+
+    /// A trial that stated `log10`, was accepted or not, or was skipped.
+    pub(crate) fn outcome(number: usize, kind: Kind, region: f64, log10: Option<f64>, is_fix: bool) -> NegativeOutcome {
+        let mut made = fix_outcome(is_fix.then_some([0.0, 0.0]), [[1.0, 0.0], [0.0, 1.0]]);
+        match &mut made.answer {
+            overfly_flight::locate::Answer::Fix(fix) => fix.log10_false_alarms = log10,
+            overfly_flight::locate::Answer::NoFix(no_fix) => no_fix.log10_false_alarms = log10,
+        }
+        let search =
+            NegativeSearch { prior: made.prior, searched_ratio: region, answer: made.answer, elapsed_ms: 30.0 };
+        NegativeOutcome {
+            number,
+            kind,
+            region,
+            image: "a.png".into(),
+            is_heading_known: true,
+            search: (kind != Kind::Elsewhere).then_some(search),
+        }
+    }
+
+    #[test]
+    fn counts_by_kind_and_region_and_bounds_the_rate() {
+        let outcomes = [
+            outcome(0, Kind::Noise, 1.0, None, false),
+            outcome(1, Kind::Noise, 10.0, Some(-2.5), false),
+            outcome(2, Kind::Mirrored, 1.0, Some(-7.0), true),
+            outcome(3, Kind::Elsewhere, 10.0, None, false),
+            outcome(4, Kind::Scaled, 1.0, Some(-50.0), false),
+        ];
+        let score = NegativeScore::of(&outcomes, 2);
+        assert_eq!((score.trials, score.skipped, score.accepted), (4, 1, 1));
+        let kinds: Vec<_> = score.by_kind.iter().map(|k| (k.kind, k.region, k.trials, k.accepted)).collect();
+        let expected = [
+            (Kind::Elsewhere, 10.0, 0, 0),
+            (Kind::Mirrored, 1.0, 1, 1),
+            (Kind::Noise, 1.0, 1, 0),
+            (Kind::Noise, 10.0, 1, 0),
+            (Kind::Scaled, 1.0, 1, 0),
+        ];
+        assert_eq!(kinds, expected);
+        assert_eq!(score.by_region.iter().map(|r| (r.trials, r.skipped)).collect::<Vec<_>>(), [(3, 0), (1, 1)]);
+        assert_eq!(score.by_kind[3].least_log10_false_alarms, Some(-2.5));
+        let observed: Vec<_> = score.calibration.iter().map(|c| c.observed).collect();
+        assert_eq!(observed, [2, 2, 1, 1, 1, 1, 0, 0]);
+        // One statement of 10^-7 in three searches cannot have been true of 10^-6.
+        assert!(!score.calibration[5].is_kept && score.calibration[6].is_kept);
+    }
+}

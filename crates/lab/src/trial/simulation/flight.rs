@@ -1,0 +1,229 @@
+//! `Flight`: one simulated flight on a virtual clock: relative registrations, searches, fixes and failures.
+//!
+//! It knows the world and not the models: a search reads the map under its region, what takes time lets the aircraft fly on, and
+//! a registration fails because of what happens to it. What `coupling` predicts is computed elsewhere.
+
+mod search;
+
+use super::case::{Case, Draws};
+use super::drift::Drift;
+use super::ground::Ground;
+use super::route::{Pose, Route};
+use super::scenario::{AfterFailure, whole_intervals};
+use super::tally::{Cause, Tally};
+use super::track::Track;
+use overfly_core::coupling::Mode;
+use overfly_core::geodesy::{GeodesyError, Geodetic, LocalFrame};
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+/// A flight over nothing in particular begins here.
+const NOWHERE_DEG: (f64, f64) = (47.0, 10.0);
+/// And stays within so much of it, metres.
+const NOWHERE_HALF_M: f64 = 40_000.0;
+
+/// A flight under way.
+pub struct Flight<'a> {
+    case: &'a Case<'a>,
+    rng: ChaCha8Rng,
+    now_s: f64,
+    /// When the last fix's image was taken.
+    fixed_s: f64,
+    drift: Drift,
+    failed_last: bool,
+    tally: Tally,
+    /// Where it truly is, where that matters.
+    route: Option<Route>,
+    /// Where the last fix put it.
+    fixed_at: Option<Pose>,
+    track: Option<Track<'a>>,
+}
+
+impl<'a> Flight<'a> {
+    /// Flies one mission.
+    ///
+    /// # Errors
+    /// Where a position leaves the ellipsoid's local frame, which no route does.
+    pub fn fly(case: &'a Case<'a>, run: u32) -> Result<Tally, GeodesyError> {
+        let mut flight = Self::start(case, run)?;
+        match case.mode {
+            Mode::Sequential => flight.sequential()?,
+            Mode::Parallel | Mode::Combined => flight.search_after_search()?,
+            Mode::RelativeOnly | Mode::Auto => flight.relative(f64::INFINITY)?,
+        }
+        flight.tally.track = flight.track.map(|track| Box::new(track.into_tally()));
+        Ok(flight.tally)
+    }
+
+    fn start(case: &'a Case<'a>, run: u32) -> Result<Self, GeodesyError> {
+        let mut rng = case.rng(run, Draws::Flight);
+        let scenario = case.scenario;
+        let tracked = scenario.covariance.as_ref().filter(|c| run < c.runs && case.mode != Mode::Combined);
+        let (frame, half_extent_m) = match case.ground {
+            Ground::Stored(ground) => (ground.frame, ground.half_extent_m),
+            Ground::Endless => {
+                let (latitude_deg, longitude_deg) = NOWHERE_DEG;
+                (LocalFrame::at(Geodetic::from_degrees(latitude_deg, longitude_deg)?), [NOWHERE_HALF_M; 2])
+            }
+        };
+        let is_placed = tracked.is_some() || matches!(case.ground, Ground::Stored(_));
+        let beyond_m = scenario.store.as_ref().map_or(0.0, |s| s.beyond_m);
+        let route = is_placed.then(|| {
+            let half_extent_m = half_extent_m.map(|half| (half + beyond_m).max(1.0));
+            Route::new(frame, half_extent_m, scenario.aircraft.min_turn_radius_m, case.rng(run, Draws::Route))
+        });
+        let pose = route.as_ref().map(Route::pose).transpose()?;
+        let track = match (tracked, pose) {
+            (Some(model), Some(pose)) => {
+                Some(Track::start(model, scenario, pose, case.plan.mission_s, case.rng(run, Draws::Track))?)
+            }
+            _ => None,
+        };
+        // In the middle of a flight the last fix lies a part of a cycle back.
+        let period_s = case.adjusted.map_or(0.0, |a| case.plan.mission_s / a.absolute_count.max(1e-300));
+        let phase_s = rng.random::<f64>() * period_s;
+        let now_s = if scenario.without_fix_s.is_some() { 0.0 } else { -phase_s.min(case.plan.mission_s) };
+        let drift = Drift::after_fix(&scenario.errors, &mut rng);
+        Ok(Self {
+            case,
+            rng,
+            now_s,
+            fixed_s: now_s,
+            drift,
+            failed_last: false,
+            tally: Tally::default(),
+            route,
+            fixed_at: pose,
+            track,
+        })
+    }
+
+    /// n relative registrations, a search that is waited for, and again.
+    fn sequential(&mut self) -> Result<(), GeodesyError> {
+        loop {
+            let retries = self.failed_last && self.case.scenario.failures.after == AfterFailure::Retry;
+            self.relative(if retries { 1.0 } else { self.case.plan.relative_count as f64 })?;
+            if !self.absolute()? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// One search after another; in the parallel mode relative registrations go on beside.
+    fn search_after_search(&mut self) -> Result<(), GeodesyError> {
+        let scenario = self.case.scenario;
+        // As long without a fix as stated, or as searches take that have settled.
+        let settled_s = self.case.adjusted.map_or(0.0, |a| a.execution_s);
+        let since_s = scenario.without_fix_s.unwrap_or(settled_s);
+        self.fixed_s = self.now_s - since_s;
+        if self.case.mode == Mode::Parallel {
+            self.drift.grow(&scenario.errors, self.registrations(since_s), &mut self.rng);
+        }
+        while self.absolute()? {}
+        Ok(())
+    }
+
+    /// Relative registrations that end in a time: whole ones where images come at intervals.
+    fn registrations(&self, elapsed_s: f64) -> f64 {
+        let count = elapsed_s / self.case.scenario.step_s();
+        if self.case.scenario.aircraft.image_interval_s > 0.0 { (count + 1e-9).floor() } else { count }
+    }
+
+    /// Flies `count` relative registrations, or until the mission ends.
+    fn relative(&mut self, count: f64) -> Result<(), GeodesyError> {
+        let step_s = self.case.scenario.step_s();
+        let end_s = self.now_s + count * step_s;
+        if count.is_finite() {
+            self.drift.grow(&self.case.scenario.errors, count, &mut self.rng);
+        }
+        self.images_until(end_s.min(self.case.plan.mission_s + step_s))?;
+        self.now_s = end_s;
+        Ok(())
+    }
+
+    /// Shows the estimate all images up to a moment; without one the aircraft flies there at once.
+    fn images_until(&mut self, end_s: f64) -> Result<(), GeodesyError> {
+        let (step_s, speed_mps) = (self.case.scenario.step_s(), self.case.scenario.aircraft.speed_mps);
+        let Some(route) = &mut self.route else { return Ok(()) };
+        let Some(track) = &mut self.track else {
+            route.advance((end_s - self.now_s) * speed_mps);
+            return Ok(());
+        };
+        let steps = ((end_s - self.now_s) / step_s - 1e-9).ceil().max(0.0) as u64;
+        let mut at_s = self.now_s;
+        for k in 1..=steps {
+            let next_s = (self.now_s + k as f64 * step_s).min(end_s);
+            route.advance((next_s - at_s) * speed_mps);
+            at_s = next_s;
+            track.step(route.pose()?, at_s)?;
+        }
+        Ok(())
+    }
+
+    /// A search at this image, and what comes of it; whether the mission goes on.
+    fn absolute(&mut self) -> Result<bool, GeodesyError> {
+        let scenario = self.case.scenario;
+        let began_s = self.now_s;
+        let pose = self.route.as_ref().map(Route::pose).transpose()?;
+        let search = self.search(pose.as_ref())?;
+        self.tally.is_lost |= self.is_lost(search.execution_s);
+        let end_s = began_s + search.execution_s;
+        // Beyond all missions, and where times have grown beyond all numbers.
+        let is_over = end_s.is_nan() || end_s > self.case.plan.mission_s;
+        let cause = self.cause(&search, pose.as_ref());
+        if let Some(track) = &mut self.track {
+            track.begin();
+        }
+        let next_s = began_s + whole_intervals(search.execution_s.min(1e12), scenario.aircraft.image_interval_s);
+        self.fly_on(next_s)?;
+        if is_over {
+            return Ok(false);
+        }
+        // What ended before the mission began stands for the flight before it.
+        if end_s > 0.0 {
+            self.tally.count(cause, search.execution_s, search.nominal_count, end_s, self.failed_last);
+        }
+        self.failed_last = cause.is_some();
+        self.take(cause, pose, began_s)?;
+        Ok(true)
+    }
+
+    /// What happens while a search runs.
+    fn fly_on(&mut self, next_s: f64) -> Result<(), GeodesyError> {
+        let until_s = next_s.min(self.case.plan.mission_s + self.case.scenario.step_s());
+        if self.case.mode == Mode::Parallel {
+            self.images_until(until_s)?;
+        } else if let Some(route) = &mut self.route {
+            route.advance((until_s - self.now_s).max(0.0) * self.case.scenario.aircraft.speed_mps);
+        }
+        self.now_s = next_s;
+        Ok(())
+    }
+
+    /// Takes in what a search of an earlier image said.
+    fn take(&mut self, cause: Option<Cause>, pose: Option<Pose>, began_s: f64) -> Result<(), GeodesyError> {
+        let (errors, failures) = (&self.case.scenario.errors, &self.case.scenario.failures);
+        let is_false = cause.is_some() && self.rng.random::<f64>() < failures.false_share;
+        self.tally.false_fixes += u64::from(is_false);
+        if let (Some(track), Some(pose)) = (&mut self.track, &pose) {
+            track.deliver(pose, cause.is_none())?;
+        }
+        let is_fixed = cause.is_none() || failures.after == AfterFailure::Afresh;
+        if is_fixed {
+            self.drift = Drift::after_fix(errors, &mut self.rng);
+        } else if is_false {
+            let reach_m = errors.inaccuracy_m / 2.0 + self.drift.stated_m(errors);
+            let wrong_m = [(); 2].map(|()| reach_m * (2.0 * self.rng.random::<f64>() - 1.0));
+            self.drift = Drift::after_false_fix(errors, wrong_m, &mut self.rng);
+        }
+        if is_fixed || is_false {
+            self.fixed_s = began_s;
+            self.fixed_at = pose;
+        }
+        if self.case.mode == Mode::Parallel {
+            let count = self.registrations(self.now_s - began_s);
+            self.drift.grow(errors, count, &mut self.rng);
+        }
+        Ok(())
+    }
+}

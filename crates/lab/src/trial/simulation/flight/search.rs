@@ -1,0 +1,119 @@
+//! `Search`: what an absolute registration searches on a simulated flight, how long that takes, and why it fails if it does.
+
+use super::Flight;
+use crate::trial::simulation::ground::Ground;
+use crate::trial::simulation::route::Pose;
+use crate::trial::simulation::scenario::FailureLaw;
+use crate::trial::simulation::tally::Cause;
+use overfly_core::coupling::Mode;
+use overfly_core::coupling::{Combined, region_edges_m};
+use overfly_core::geodesy::{GeodesyError, LocalFrame};
+use overfly_core::region::{ImageOnGround, Uncertainty};
+use rand::Rng;
+
+/// What a search covers.
+pub(super) struct Search {
+    /// Images' worth of map that it reads.
+    pub nominal_count: f64,
+    /// t_exe, seconds.
+    pub execution_s: f64,
+}
+
+impl Flight<'_> {
+    /// What is searched, and how long that takes.
+    pub(super) fn search(&self, pose: Option<&Pose>) -> Result<Search, GeodesyError> {
+        let (scenario, execution) = (self.case.scenario, &self.case.scenario.execution);
+        let (aircraft, errors) = (&scenario.aircraft, &scenario.errors);
+        let image_m2 = aircraft.across_m * aircraft.along_m;
+        let nominal_count = match (self.case.ground, pose) {
+            (Ground::Stored(ground), Some(pose)) => {
+                let (centre, uncertainty) = self.region(pose)?;
+                let image = ImageOnGround {
+                    across_m: aircraft.across_m,
+                    along_m: aircraft.along_m,
+                    heading_rad: centre.heading_rad,
+                };
+                let tiles = ground.tiles_met(centre.position, image, uncertainty).max(1);
+                tiles as f64 * ground.tile_m * ground.tile_m / image_m2
+            }
+            _ if self.case.mode == Mode::Combined => {
+                let since_s = (self.now_s - self.fixed_s).min(1e9 / aircraft.speed_mps.max(1.0));
+                let model = Combined::new(scenario.parameters());
+                model.and_then(|m| m.nominal_count(since_s)).unwrap_or(f64::INFINITY)
+            }
+            _ => {
+                let drift_m = self.drift.stated_m(errors);
+                let (width_m, length_m) =
+                    region_edges_m(aircraft.across_m, aircraft.along_m, errors.inaccuracy_m, drift_m);
+                width_m * length_m / image_m2
+            }
+        };
+        Ok(Search { nominal_count, execution_s: execution.constant_s + execution.seconds_per_tile * nominal_count })
+    }
+
+    /// Where the image is taken to be, and how sure that is.
+    fn region(&self, pose: &Pose) -> Result<(Pose, Uncertainty), GeodesyError> {
+        let (aircraft, errors) = (&self.case.scenario.aircraft, &self.case.scenario.errors);
+        let inaccuracy_m = errors.inaccuracy_m;
+        let [across_m, along_m] = self.drift.error_m();
+        let off = |from: &Pose| -> Result<Pose, GeodesyError> {
+            let position = LocalFrame::at(from.position).geodetic_from_enu(from.enu(across_m, along_m))?;
+            Ok(Pose { position, ..*from })
+        };
+        Ok(match (self.case.mode, &self.fixed_at) {
+            (Mode::Combined, Some(fixed)) => {
+                let uncertainty = Uncertainty::Combined {
+                    inaccuracy_m,
+                    speed_mps: aircraft.speed_mps,
+                    execution_s: self.now_s - self.fixed_s,
+                    min_turn_radius_m: aircraft.min_turn_radius_m,
+                };
+                (off(fixed)?, uncertainty)
+            }
+            _ => (off(pose)?, Uncertainty::Sequential { inaccuracy_m, drift_m: self.drift.stated_m(errors) }),
+        })
+    }
+
+    /// Why a search fails, if it does. What is drawn is drawn in any case, so that one flight's draws stay in step.
+    pub(super) fn cause(&mut self, search: &Search, pose: Option<&Pose>) -> Option<Cause> {
+        let (aircraft, failures) = (&self.case.scenario.aircraft, &self.case.scenario.failures);
+        let draw: f64 = self.rng.random();
+        let is_drawn = match (failures.law, failures.probability) {
+            // What the next relative registration hangs on lies anywhere along the image, and has left it when it is overtaken.
+            (FailureLaw::Overlap, _) => {
+                self.case.mode == Mode::Sequential && draw * aircraft.along_m < aircraft.speed_mps * search.execution_s
+            }
+            (FailureLaw::Constant, p) => draw < p.unwrap_or(0.0),
+            // No image's worth of map deceives.
+            (FailureLaw::PerImage, each) => draw > (1.0 - each.unwrap_or(0.0)).powf(search.nominal_count),
+        };
+        let is_outside = self.case.mode != Mode::Combined && !self.drift.is_within_region(&self.case.scenario.errors);
+        let least_covered = self.case.scenario.store.as_ref().map_or(0.0, |s| s.least_covered);
+        let shows = match (self.case.ground, pose) {
+            (Ground::Stored(ground), Some(pose)) => {
+                ground.shows(pose, aircraft.across_m, aircraft.along_m) >= least_covered
+            }
+            _ => true,
+        };
+        match (is_outside, shows, is_drawn) {
+            (true, ..) => Some(Cause::OutsideRegion),
+            (_, false, _) => Some(Cause::NoMap),
+            (.., true) => Some(Cause::Drawn),
+            _ => None,
+        }
+    }
+
+    /// Whether searches take so long that they will not settle any more.
+    pub(super) fn is_lost(&self, execution_s: f64) -> bool {
+        let aircraft = &self.case.scenario.aircraft;
+        match (self.case.mode, self.case.scenario.failures.law) {
+            (Mode::Sequential, FailureLaw::Overlap) => aircraft.speed_mps * execution_s >= aircraft.along_m,
+            (Mode::Sequential, _) => false,
+            _ => {
+                let limit_s = self.case.prediction.unstable_s;
+                self.case.prediction.settles == Some(false) && limit_s.is_none()
+                    || limit_s.is_some_and(|limit_s| self.now_s - self.fixed_s > limit_s)
+            }
+        }
+    }
+}

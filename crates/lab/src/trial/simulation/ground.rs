@@ -1,0 +1,96 @@
+//! `Ground`: what is searched, and whether the map shows what the aircraft sees.
+
+use super::route::Pose;
+use crate::trial::TrialError;
+use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::region::{ImageOnGround, Region, Uncertainty};
+use overfly_core::tile::{TILE_SIZE_PX, TileId, gsd_at};
+use overfly_flight::locate::candidates::{ResidentIndex, default_layer};
+use overfly_store::{Layer, Reader};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The map of a simulation.
+pub enum Ground {
+    /// Without edge: a search costs what (3) says, and every image lies in the map.
+    Endless,
+    /// A store's.
+    Stored(Arc<StoredGround>),
+}
+
+/// A layer's tiles in memory.
+pub struct StoredGround {
+    index: ResidentIndex,
+    valid_fraction: HashMap<TileId, f64>,
+    zoom: u8,
+    /// Edge of a tile in the layer's middle, metres.
+    pub tile_m: f64,
+    /// The layer's middle.
+    pub frame: LocalFrame,
+    /// From there to its bounds, metres east and north.
+    pub half_extent_m: [f64; 2],
+}
+
+/// Points on each edge of an image at which the map is looked up.
+const LOOKS: usize = 7;
+
+impl StoredGround {
+    /// The tiles of a layer.
+    ///
+    /// # Errors
+    /// Where the store or the layer cannot be read, or spans half the world.
+    pub fn load(store: &Reader, layer: Option<&str>) -> Result<Self, TrialError> {
+        let layer = match layer {
+            Some(name) => store.layer(name)?,
+            None => default_layer(store)?,
+        };
+        let footprints = store.footprints(layer, layer.base_zoom)?;
+        let (frame, half_extent_m) = extent(layer)?;
+        let tile_m = gsd_at(frame.origin(), layer.base_zoom).mean_m_per_px() * TILE_SIZE_PX as f64;
+        Ok(Self {
+            valid_fraction: footprints.iter().map(|f| (f.tile, f.valid_fraction)).collect(),
+            index: ResidentIndex::new(footprints),
+            zoom: layer.base_zoom,
+            tile_m,
+            frame,
+            half_extent_m,
+        })
+    }
+
+    /// Tiles that meet the region around a stated centre. All of the layer where the region is beyond all searching.
+    pub fn tiles_met(&self, centre: Geodetic, image: ImageOnGround, uncertainty: Uncertainty) -> usize {
+        let Ok(region) = Region::new(centre, image, uncertainty) else { return self.index.len() };
+        let near = self.index.footprints_in(&region.mercator_bounds());
+        near.into_iter().filter(|f| region.meets(&f.tile.mercator_bounds())).count()
+    }
+
+    /// Share of an image that the map shows.
+    pub fn shows(&self, pose: &Pose, across_m: f64, along_m: f64) -> f64 {
+        let here = LocalFrame::at(pose.position);
+        let place = |k: usize| (k as f64 + 0.5) / LOOKS as f64 - 0.5;
+        let (mut sum, looks) = (0.0, (LOOKS * LOOKS) as f64);
+        for look in 0..LOOKS * LOOKS {
+            let (right, ahead) = (place(look % LOOKS) * across_m, place(look / LOOKS) * along_m);
+            let at = here.geodetic_from_enu(pose.enu(right, ahead)).ok();
+            let tile = at.and_then(|point| TileId::containing(point, self.zoom).ok());
+            sum += tile.and_then(|tile| self.valid_fraction.get(&tile)).copied().unwrap_or(0.0);
+        }
+        sum / looks
+    }
+}
+
+/// A layer's middle, and how far its bounds lie from there, metres.
+fn extent(layer: &Layer) -> Result<(LocalFrame, [f64; 2]), TrialError> {
+    let [west, south, east, north] = layer.bounds_deg;
+    let width_deg = (east - west).rem_euclid(360.0);
+    let far = |value: f64| TrialError::Option { name: "store", value, expected: "a layer of at most 100 km" };
+    let frame = Geodetic::from_degrees((south + north) / 2.0, west + width_deg / 2.0)
+        .map(LocalFrame::at)
+        .map_err(|_| far(width_deg))?;
+    let corner = Geodetic::from_degrees(north, east).map_err(|_| far(north))?;
+    let Enu { east_m, north_m } = frame.enu_from_geodetic(corner);
+    if east_m.max(north_m) > 50_000.0 {
+        return Err(far(2.0 * east_m.max(north_m)));
+    }
+    Ok((frame, [east_m.max(1.0), north_m.max(1.0)]))
+}

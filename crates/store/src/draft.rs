@@ -1,0 +1,78 @@
+//! `Draft`: what a store holds of one layer, finished or not, as a build must know it before it plans.
+
+use super::connection::{self, Access};
+use super::source::{self, Declared, Source};
+use super::{StoreError, footprint, require_contract};
+use overfly_core::tile::TileId;
+use rusqlite::{Connection, OptionalExtension};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// What a store holds of one layer.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Draft {
+    /// Whether the layer answers queries.
+    pub complete: bool,
+    /// Whether a build of it is under way (or was killed).
+    pub pending: bool,
+    /// The sources it shall have: those of the build under way, else those of the finished layer. By content hash.
+    pub sources: Vec<Source>,
+    /// The base zoom that the user stated, where so.
+    pub zoom_override: Option<u8>,
+    /// What each tile that is stored or staged was made from.
+    pub inputs: HashMap<TileId, [u8; 32]>,
+}
+
+impl Draft {
+    /// Reads a layer's draft; an empty one where there is no file, an empty file, or no such layer.
+    ///
+    /// # Errors
+    /// Where the file is no store, of another format or contract, or damaged.
+    pub fn read(path: &Path, layer: &str) -> Result<Self, StoreError> {
+        if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() == 0) {
+            return Ok(Self::default());
+        }
+        match connection::open_read(path, Access::Shared) {
+            Ok(connection) => {
+                require_contract(&connection, path)?;
+                Self::load(&connection, layer).map_err(|e| StoreError::sqlite(path, e))
+            }
+            // An older store is migrated when it is opened for writing; until then it has nothing to say.
+            Err(StoreError::OlderFormat { .. } | StoreError::Missing { .. }) => Ok(Self::default()),
+            Err(other) => Err(other),
+        }
+    }
+
+    fn load(connection: &Connection, layer: &str) -> rusqlite::Result<Self> {
+        let finished: Option<(bool, Option<u8>)> = connection
+            .query_row("SELECT complete, zoom_override FROM overfly_layers WHERE name = ?1", [layer], |row| {
+                Ok((row.get(0)?, row.get(1)?))
+            })
+            .optional()?;
+        let pending: Option<Option<u8>> = connection
+            .query_row("SELECT zoom_override FROM overfly_pending WHERE layer = ?1", [layer], |row| row.get(0))
+            .optional()?;
+        let declared = if pending.is_some() { Declared::Pending } else { Declared::Finished };
+        Ok(Self {
+            complete: finished.is_some_and(|(complete, _)| complete),
+            pending: pending.is_some(),
+            sources: source::load(connection, layer, declared)?,
+            zoom_override: pending.unwrap_or_else(|| finished.and_then(|(_, zoom)| zoom)),
+            inputs: inputs(connection, layer)?,
+        })
+    }
+}
+
+fn inputs(connection: &Connection, layer: &str) -> rusqlite::Result<HashMap<TileId, [u8; 32]>> {
+    let mut inputs = HashMap::new();
+    for table in ["overfly_tile_inputs", "overfly_staged"] {
+        let mut statement = connection
+            .prepare(&format!("SELECT zoom, tile_column, tile_row, inputs_hash FROM {table} WHERE layer = ?1"))?;
+        let rows = statement.query_map([layer], |row| Ok((footprint::tile_at(row, 0)?, row.get(3)?)))?;
+        for row in rows {
+            let (tile, hash) = row?;
+            inputs.insert(tile, hash);
+        }
+    }
+    Ok(inputs)
+}

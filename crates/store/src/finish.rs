@@ -1,0 +1,264 @@
+//! The last transaction of a build, and how rows of a layer go away.
+
+use super::content::{self, Below};
+use super::declaration::Declaration;
+use super::source::{self, Declared};
+use super::{StoreError, digest, footprint, geopackage, verify};
+use overfly_core::geodesy::WORLD_M;
+use overfly_core::tile::{MercatorBounds, TileId};
+use rusqlite::{Connection, params};
+use std::path::Path;
+
+/// Above this share of unused pages the file is rewritten without them.
+const UNUSED_SHARE: f64 = 0.25;
+
+/// What a build's last transaction did.
+pub(super) struct Finished {
+    /// Tiles that the layer now has.
+    pub tiles: u64,
+    /// A tile that came to its place and does not have the hash that its footprint states: then it must not be committed.
+    pub damaged: Option<TileId>,
+}
+
+/// Moves staged tiles to their places, drops what is not wanted, and declares the layer finished.
+pub(super) fn finish(
+    connection: &Connection,
+    declaration: &Declaration,
+    wanted: &dyn Fn(TileId) -> bool,
+) -> rusqlite::Result<Finished> {
+    let layer = &declaration.layer;
+    let damaged = move_staged(connection, layer)?;
+    for tile in tiles_with_inputs(connection, layer)?.into_iter().filter(|tile| !wanted(*tile)) {
+        clear_tile(connection, layer, tile)?;
+        connection
+            .prepare_cached(
+                "DELETE FROM overfly_tile_inputs
+                 WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
+            )?
+            .execute(params![layer, tile.zoom(), tile.row(), tile.column()])?;
+    }
+    connection.execute("DELETE FROM overfly_sources WHERE layer = ?1", [layer])?;
+    for source in &declaration.sources {
+        source::insert(connection, layer, Declared::Finished, source)?;
+    }
+    clear_pending(connection, layer)?;
+    let tiles = declare(connection, declaration)?;
+    geopackage::declare_footprints(connection)?;
+    Ok(Finished { tiles, damaged })
+}
+
+/// Returns the first tile that did not come through whole.
+fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<TileId>> {
+    let mut statement =
+        connection.prepare("SELECT zoom, tile_column, tile_row FROM overfly_staged WHERE layer = ?1")?;
+    let staged: Vec<TileId> =
+        statement.query_map([layer], |row| footprint::tile_at(row, 0))?.collect::<rusqlite::Result<_>>()?;
+    for tile in staged {
+        clear_tile(connection, layer, tile)?;
+        let key = params![layer, tile.zoom(), tile.row(), tile.column()];
+        for sql in [
+            &format!(
+                "INSERT INTO \"{layer}\" (zoom_level, tile_column, tile_row, tile_data)
+                 SELECT zoom, tile_column, tile_row, tile_data FROM overfly_staged
+                 WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4 AND tile_data NOT NULL"
+            ),
+            "INSERT INTO footprints
+                 (geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
+                  horizontal_error_m, keypoints, distinctiveness)
+             SELECT geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
+                    horizontal_error_m, keypoints, distinctiveness FROM overfly_staged
+             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4 AND tile_data NOT NULL",
+            "INSERT INTO overfly_descriptors (footprint, descriptors)
+             SELECT f.fid, s.descriptors FROM overfly_staged s
+             JOIN footprints f USING (layer, zoom, tile_row, tile_column)
+             WHERE s.layer = ?1 AND s.zoom = ?2 AND s.tile_row = ?3 AND s.tile_column = ?4 AND s.descriptors NOT NULL",
+            "INSERT INTO overfly_cells (footprint, cells)
+             SELECT f.fid, s.cells FROM overfly_staged s
+             JOIN footprints f USING (layer, zoom, tile_row, tile_column)
+             WHERE s.layer = ?1 AND s.zoom = ?2 AND s.tile_row = ?3 AND s.tile_column = ?4 AND s.cells NOT NULL",
+            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
+             SELECT layer, zoom, tile_row, tile_column, inputs_hash FROM overfly_staged
+             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
+        ] {
+            connection.prepare_cached(sql)?.execute(key)?;
+        }
+        if let Some(Below::Damaged) = content::placed_child(connection, layer, tile)? {
+            return Ok(Some(tile));
+        }
+    }
+    Ok(None)
+}
+
+fn tiles_with_inputs(connection: &Connection, layer: &str) -> rusqlite::Result<Vec<TileId>> {
+    let mut statement =
+        connection.prepare("SELECT zoom, tile_column, tile_row FROM overfly_tile_inputs WHERE layer = ?1")?;
+    statement.query_map([layer], |row| footprint::tile_at(row, 0))?.collect()
+}
+
+/// Takes a tile's imagery, footprint, descriptors and cells away; the R-tree follows by its trigger.
+pub(super) fn clear_tile(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<()> {
+    let key = params![layer, tile.zoom(), tile.row(), tile.column()];
+    for sql in [
+        "DELETE FROM overfly_descriptors WHERE footprint = (SELECT fid FROM footprints
+             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
+        "DELETE FROM overfly_cells WHERE footprint = (SELECT fid FROM footprints
+             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
+        "DELETE FROM footprints WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
+        &format!(
+            "DELETE FROM \"{layer}\" WHERE ?1 NOT NULL AND zoom_level = ?2 AND tile_row = ?3 AND tile_column = ?4"
+        ),
+    ] {
+        connection.prepare_cached(sql)?.execute(key)?;
+    }
+    Ok(())
+}
+
+/// Notes what a tile was made from.
+pub(super) fn note_inputs(
+    connection: &Connection,
+    layer: &str,
+    tile: TileId,
+    inputs_hash: &[u8; 32],
+) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
+             VALUES (?1, ?2, ?3, ?4, ?5)",
+        )?
+        .execute(params![layer, tile.zoom(), tile.row(), tile.column(), inputs_hash])?;
+    Ok(())
+}
+
+/// Forgets a build under way and what it staged.
+pub(super) fn clear_pending(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+    for table in ["overfly_pending", "overfly_pending_sources", "overfly_staged"] {
+        connection.execute(&format!("DELETE FROM {table} WHERE layer = ?1"), [layer])?;
+    }
+    Ok(())
+}
+
+/// Takes a whole layer away.
+pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+    clear_pending(connection, layer)?;
+    for described in ["overfly_descriptors", "overfly_cells"] {
+        let of_layer = "footprint IN (SELECT fid FROM footprints WHERE layer = ?1)";
+        connection.execute(&format!("DELETE FROM {described} WHERE {of_layer}"), [layer])?;
+    }
+    for table in ["footprints", "overfly_tile_inputs", "overfly_sources"] {
+        connection.execute(&format!("DELETE FROM {table} WHERE layer = ?1"), [layer])?;
+    }
+    connection.execute("DELETE FROM overfly_layers WHERE name = ?1", [layer])?;
+    geopackage::withdraw(connection, layer)?;
+    connection.execute_batch(&format!("DROP TABLE IF EXISTS \"{layer}\""))?;
+    geopackage::declare_footprints(connection)
+}
+
+/// Writes the layer's row and its GeoPackage declaration from what stands in the tables.
+pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rusqlite::Result<u64> {
+    let Declaration { layer, sources, zoom_override, base_zoom, min_zoom } = declaration;
+    let base: Vec<TileId> = connection
+        .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?
+        .query_map(params![layer, base_zoom], |row| footprint::tile_at(row, 0))?
+        .collect::<rusqlite::Result<_>>()?;
+    let tiles: u32 =
+        connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [layer], |row| row.get(0))?;
+    let (bounds, bounds_deg) = extent(&base);
+    let digest = digest::layer_digest(connection, layer, *base_zoom, *min_zoom, sources)?;
+    connection.execute(
+        "UPDATE overfly_layers SET complete = 1, zoom_override = ?2, base_zoom = ?3, min_zoom = ?4, base_tiles = ?5,
+             tiles = ?6, west_deg = ?7, south_deg = ?8, east_deg = ?9, north_deg = ?10, digest = ?11
+         WHERE name = ?1",
+        params![
+            layer,
+            zoom_override,
+            base_zoom,
+            min_zoom,
+            base.len() as u32,
+            tiles,
+            bounds_deg[0],
+            bounds_deg[1],
+            bounds_deg[2],
+            bounds_deg[3],
+            digest
+        ],
+    )?;
+    let newest = sources.iter().filter_map(|s| s.acquired.as_deref()).max();
+    geopackage::declare(connection, layer, *min_zoom..=*base_zoom, &bounds, &geopackage::last_change(newest))?;
+    Ok(tiles.into())
+}
+
+/// The extent of tiles of one zoom: in the projection (never across the antimeridian: then all of it), and in degrees
+/// (west, south, east, north; west above east where it crosses).
+fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
+    let half_m = WORLD_M / 2.0;
+    let Some(first) = tiles.first() else {
+        return (MercatorBounds { min_x_m: -half_m, min_y_m: -half_m, max_x_m: half_m, max_y_m: half_m }, [0.0; 4]);
+    };
+    let union = tiles.iter().map(|t| t.mercator_bounds()).fold(first.mercator_bounds(), |a, b| MercatorBounds {
+        min_x_m: a.min_x_m.min(b.min_x_m),
+        min_y_m: a.min_y_m.min(b.min_y_m),
+        max_x_m: a.max_x_m.max(b.max_x_m),
+        max_y_m: a.max_y_m.max(b.max_y_m),
+    });
+    let south = tiles.iter().map(|t| t.bounds().south).fold(f64::INFINITY, f64::min);
+    let north = tiles.iter().map(|t| t.bounds().north).fold(f64::NEG_INFINITY, f64::max);
+    let mut columns: Vec<u32> = tiles.iter().map(|t| t.column()).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    // The widest gap between neighbouring columns lies outside; the one from the last round to the first, by default.
+    let size = 1u32 << first.zoom();
+    let (mut west, mut east) = (columns[0], columns[columns.len() - 1]);
+    let mut widest = size - 1 - (east - west);
+    for pair in columns.windows(2) {
+        if pair[1] - pair[0] - 1 > widest {
+            widest = pair[1] - pair[0] - 1;
+            (west, east) = (pair[1], pair[0]);
+        }
+    }
+    let longitude = |column: u32| f64::from(column) / f64::from(size) * 360.0 - 180.0;
+    (union, [longitude(west), south, longitude(east + 1), north])
+}
+
+/// Closes a store; where many of its pages are unused, rewrites it without them first, and then proves every tile: what
+/// SQLite cannot read to its end it takes for zeros, and writes these. Where it cannot be rewritten it stays as it is.
+///
+/// # Errors
+/// [`StoreError::Damaged`], or where the disk fails.
+pub(super) fn compact(connection: Connection, path: &Path) -> Result<(), StoreError> {
+    let pragma = |name: &str| connection.query_row(&format!("PRAGMA {name}"), [], |row| row.get::<_, f64>(0));
+    let mut rewritten = false;
+    if let (Ok(unused), Ok(all)) = (pragma("freelist_count"), pragma("page_count"))
+        && unused > UNUSED_SHARE * all
+        && unused > 64.0
+    {
+        // By a file on the way and not in memory, however large the store is. Failing is no failure of the build: unused pages
+        // are used again.
+        rewritten = connection.execute_batch("PRAGMA temp_store = FILE; PRAGMA cache_spill = 1; VACUUM").is_ok();
+    }
+    connection.close().map_err(|(_, e)| StoreError::sqlite(path, e))?;
+    if !rewritten {
+        return Ok(());
+    }
+    match verify::verify(path, &|_, _| ())?.bad_tiles.first() {
+        None => Ok(()),
+        Some(bad) => {
+            let reason = format!("tile {} of layer {}: {}", bad.id, bad.layer, bad.reason);
+            Err(StoreError::Damaged { path: path.into(), reason })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extent_across_the_antimeridian_has_west_above_east() {
+        let tile = |column| TileId::new(4, column, 7).unwrap();
+        let (_, plain) = extent(&[tile(3), tile(4)]);
+        assert_eq!((plain[0], plain[2]), (-112.5, -67.5));
+        let (bounds, across) = extent(&[tile(15), tile(0)]);
+        assert_eq!((across[0], across[2]), (157.5, -157.5));
+        assert!((bounds.max_x_m - bounds.min_x_m - WORLD_M).abs() < 1.0);
+    }
+}

@@ -1,0 +1,86 @@
+//! A layer's tile table, and the rows by which a GeoPackage declares it.
+
+use super::geometry::SRS_ID;
+use overfly_core::geodesy::WORLD_M;
+use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX};
+use rusqlite::{Connection, params};
+
+/// Metres of the projection that a pixel spans at a zoom.
+pub fn pixel_size_m(zoom: u8) -> f64 {
+    WORLD_M / f64::from(TILE_SIZE_PX) / f64::from(1u32 << zoom)
+}
+
+/// Makes a layer's tile table: the five standard columns (OGC 12-128r18, 2.2.8).
+pub(super) fn create_tile_table(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+    connection.execute_batch(&format!(
+        "CREATE TABLE IF NOT EXISTS \"{layer}\" (
+             id INTEGER PRIMARY KEY AUTOINCREMENT,
+             zoom_level INTEGER NOT NULL,
+             tile_column INTEGER NOT NULL,
+             tile_row INTEGER NOT NULL,
+             tile_data BLOB NOT NULL,
+             UNIQUE (zoom_level, tile_column, tile_row)
+         )"
+    ))
+}
+
+/// Declares a finished layer, or declares it anew: contents, tile matrix set, a matrix for each zoom.
+pub(super) fn declare(
+    connection: &Connection,
+    layer: &str,
+    zooms: std::ops::RangeInclusive<u8>,
+    bounds: &MercatorBounds,
+    last_change: &str,
+) -> rusqlite::Result<()> {
+    withdraw(connection, layer)?;
+    connection.execute(
+        "INSERT INTO gpkg_contents
+             (table_name, data_type, identifier, description, last_change, min_x, min_y, max_x, max_y, srs_id)
+         VALUES (?1, 'tiles', ?1, 'orthophotos', ?2, ?3, ?4, ?5, ?6, ?7)",
+        params![layer, last_change, bounds.min_x_m, bounds.min_y_m, bounds.max_x_m, bounds.max_y_m, SRS_ID],
+    )?;
+    let half_m = WORLD_M / 2.0;
+    connection.execute(
+        "INSERT INTO gpkg_tile_matrix_set (table_name, srs_id, min_x, min_y, max_x, max_y)
+         VALUES (?1, ?2, ?3, ?3, ?4, ?4)",
+        params![layer, SRS_ID, -half_m, half_m],
+    )?;
+    for zoom in zooms {
+        connection.execute(
+            "INSERT INTO gpkg_tile_matrix
+                 (table_name, zoom_level, matrix_width, matrix_height, tile_width, tile_height, pixel_x_size, pixel_y_size)
+             VALUES (?1, ?2, ?3, ?3, ?4, ?4, ?5, ?5)",
+            params![layer, zoom, 1u32 << zoom, TILE_SIZE_PX, pixel_size_m(zoom)],
+        )?;
+    }
+    Ok(())
+}
+
+/// Takes a layer's declaration back.
+pub(super) fn withdraw(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+    for table in ["gpkg_tile_matrix", "gpkg_tile_matrix_set", "gpkg_contents"] {
+        connection.execute(&format!("DELETE FROM {table} WHERE table_name = ?1"), [layer])?;
+    }
+    Ok(())
+}
+
+/// Brings the footprints' declaration up to date with the finished layers.
+pub(super) fn declare_footprints(connection: &Connection) -> rusqlite::Result<()> {
+    connection.execute(
+        "UPDATE gpkg_contents SET (min_x, min_y, max_x, max_y, last_change) = (
+             SELECT min(min_x), min(min_y), max(max_x), max(max_y), coalesce(max(last_change), '1970-01-01T00:00:00.000Z')
+             FROM gpkg_contents WHERE data_type = 'tiles')
+         WHERE table_name = 'footprints'",
+        [],
+    )?;
+    Ok(())
+}
+
+/// An acquisition date as GeoPackage wants times; the epoch where none is known.
+pub(super) fn last_change(acquired: Option<&str>) -> String {
+    let date = acquired.and_then(|a| a.get(..10)).unwrap_or("1970-01-01");
+    match acquired.and_then(|a| a.get(10..19)) {
+        Some(time) => format!("{date}{time}.000Z"),
+        None => format!("{date}T00:00:00.000Z"),
+    }
+}

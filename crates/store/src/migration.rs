@@ -1,0 +1,98 @@
+//! The store format's versions: the SQL files of `migrations/`, applied in order, never back.
+
+use super::StoreError;
+use rusqlite::{Connection, OptionalExtension};
+use std::path::Path;
+
+/// Number, name and text of each step.
+const MIGRATIONS: [(u32, &str, &str); 4] = [
+    (1, "geopackage", include_str!("../../../migrations/01-geopackage/up.sql")),
+    (2, "store", include_str!("../../../migrations/02-store/up.sql")),
+    (3, "cells", include_str!("../../../migrations/03-cells/up.sql")),
+    (4, "manifest", include_str!("../../../migrations/04-manifest/up.sql")),
+];
+
+/// The version this program reads and writes: that of the last migration.
+pub const FORMAT_VERSION: u32 = MIGRATIONS[MIGRATIONS.len() - 1].0;
+
+/// The version of a store; 0 for an empty file; `None` where the database is not overfly's.
+///
+/// # Errors
+/// Where SQLite fails.
+pub fn version_of(connection: &Connection, path: &Path) -> Result<Option<u32>, StoreError> {
+    let fail = |source| StoreError::sqlite(path, source);
+    let tables: u32 = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).map_err(fail)?;
+    if tables == 0 {
+        return Ok(Some(0));
+    }
+    let known = connection
+        .query_row("SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = 'overfly_migrations'", [], |_| Ok(()))
+        .optional()
+        .map_err(fail)?;
+    if known.is_none() {
+        return Ok(None);
+    }
+    connection
+        .query_row("SELECT max(version) FROM overfly_migrations", [], |row| row.get::<_, Option<u32>>(0))
+        .map(|version| Some(version.unwrap_or(0)))
+        .map_err(fail)
+}
+
+/// Brings a store from `from` to [`FORMAT_VERSION`]; the caller holds the transaction.
+///
+/// # Errors
+/// Where SQLite fails.
+pub fn migrate(connection: &Connection, from: u32) -> rusqlite::Result<()> {
+    connection.execute_batch(
+        "CREATE TABLE IF NOT EXISTS overfly_migrations (version INTEGER PRIMARY KEY NOT NULL, name TEXT NOT NULL)",
+    )?;
+    for (version, name, sql) in MIGRATIONS.into_iter().filter(|(version, ..)| *version > from) {
+        connection.execute_batch(sql)?;
+        connection.execute("INSERT INTO overfly_migrations (version, name) VALUES (?1, ?2)", (version, name))?;
+    }
+    Ok(())
+}
+
+/// Refuses versions other than this program's.
+///
+/// # Errors
+/// [`StoreError::NewerFormat`], [`StoreError::OlderFormat`].
+pub fn require_current(found: u32, path: &Path) -> Result<(), StoreError> {
+    let path = path.to_path_buf();
+    match found.cmp(&FORMAT_VERSION) {
+        std::cmp::Ordering::Greater => Err(StoreError::NewerFormat { path, found, known: FORMAT_VERSION }),
+        std::cmp::Ordering::Less => Err(StoreError::OlderFormat { path, found, known: FORMAT_VERSION }),
+        std::cmp::Ordering::Equal => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goes_on_from_any_earlier_version() {
+        for from in 0..FORMAT_VERSION {
+            let connection = Connection::open_in_memory().unwrap();
+            super::super::geometry::register_functions(&connection).unwrap();
+            connection
+                .execute_batch(
+                    "CREATE TABLE overfly_migrations (version INTEGER PRIMARY KEY NOT NULL, name TEXT NOT NULL)",
+                )
+                .unwrap();
+            for (version, name, sql) in MIGRATIONS.into_iter().filter(|(version, ..)| *version <= from) {
+                connection.execute_batch(sql).unwrap();
+                connection.execute("INSERT INTO overfly_migrations VALUES (?1, ?2)", (version, name)).unwrap();
+            }
+            migrate(&connection, from).unwrap();
+            assert_eq!(version_of(&connection, Path::new("memory")).unwrap(), Some(FORMAT_VERSION));
+        }
+    }
+
+    #[test]
+    fn numbers_its_migrations_without_gaps() {
+        for (index, (version, ..)) in MIGRATIONS.iter().enumerate() {
+            assert_eq!(*version as usize, index + 1);
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! The records behind a patch's header: tiles by zoom, row and column, then what tiles were made from; layer by layer.
+//!
+//! All numbers are little-endian. A tile is its zoom (u8), row and column (u32 each); a text or blob has its length (u32)
+//! before it.
+
+use crate::Footprint;
+use overfly_core::tile::TileId;
+use std::io::{ErrorKind, Read, Write};
+
+const END: u8 = 0;
+const GONE: u8 = 1;
+const PUT: u8 = 2;
+const ABSENT: u8 = 0;
+const AS_IN_BASE: u8 = 1;
+const GIVEN: u8 = 2;
+/// Longest text or blob: a tile's picture is far smaller.
+const MOST_BYTES: u32 = 64 << 20;
+
+/// Why bytes are no patch.
+#[derive(Debug)]
+pub enum Malformed {
+    /// They say what no patch says.
+    Content(String),
+    /// They cannot be read.
+    Io(std::io::Error),
+}
+
+impl From<std::io::Error> for Malformed {
+    fn from(error: std::io::Error) -> Self {
+        match error.kind() {
+            ErrorKind::UnexpectedEof => Self::Content("it ends too early".into()),
+            _ => Self::Io(error),
+        }
+    }
+}
+
+/// What happens to a tile.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TileRecord {
+    /// The base has it, the result has not.
+    Gone(TileId),
+    /// It is new or another one.
+    Put(Box<PutTile>),
+}
+
+/// A tile of the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PutTile {
+    /// Its row.
+    pub footprint: Footprint,
+    /// Its imagery.
+    pub image: Part,
+    /// Its keypoints.
+    pub descriptors: Part,
+    /// Its cells.
+    pub cells: Part,
+}
+
+/// One blob of a tile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Part {
+    /// It has none.
+    Absent,
+    /// The one that the base's tile has.
+    AsInBase,
+    /// This one.
+    Given(Vec<u8>),
+}
+
+impl Part {
+    /// What leads from the base's blob to the result's.
+    pub fn of(base: Option<&[u8]>, result: Option<&[u8]>) -> Self {
+        match result {
+            None => Self::Absent,
+            same if same == base => Self::AsInBase,
+            Some(bytes) => Self::Given(bytes.to_vec()),
+        }
+    }
+}
+
+/// What a tile was made from, in the result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum InputsRecord {
+    /// Not noted any more.
+    Gone(TileId),
+    /// This.
+    Are(TileId, [u8; 32]),
+}
+
+impl TileRecord {
+    /// Which tile.
+    pub fn tile(&self) -> TileId {
+        match self {
+            Self::Gone(tile) => *tile,
+            Self::Put(put) => put.footprint.tile,
+        }
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// As the writer.
+    pub fn write(&self, to: &mut impl Write) -> std::io::Result<()> {
+        let put = match self {
+            Self::Gone(tile) => return write_tile(to, GONE, *tile),
+            Self::Put(put) => put,
+        };
+        let footprint = &put.footprint;
+        write_tile(to, PUT, footprint.tile)?;
+        to.write_all(&footprint.content_hash)?;
+        write_optional(to, footprint.acquired.as_deref())?;
+        for value in [footprint.valid_fraction, footprint.horizontal_error_m, footprint.distinctiveness] {
+            to.write_all(&value.to_le_bytes())?;
+        }
+        to.write_all(&footprint.keypoints.to_le_bytes())?;
+        write_bytes(to, footprint.sources.as_bytes())?;
+        [&put.image, &put.descriptors, &put.cells].into_iter().try_for_each(|part| write_part(to, part))
+    }
+}
+
+impl InputsRecord {
+    /// Which tile.
+    pub fn tile(&self) -> TileId {
+        match self {
+            Self::Gone(tile) | Self::Are(tile, _) => *tile,
+        }
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// As the writer.
+    pub fn write(&self, to: &mut impl Write) -> std::io::Result<()> {
+        match self {
+            Self::Gone(tile) => write_tile(to, GONE, *tile),
+            Self::Are(tile, hash) => write_tile(to, PUT, *tile).and_then(|()| to.write_all(hash)),
+        }
+    }
+}
+
+/// Writes the end of a list of records.
+///
+/// # Errors
+/// As the writer.
+pub fn write_end(to: &mut impl Write) -> std::io::Result<()> {
+    to.write_all(&[END])
+}
+
+fn write_tile(to: &mut impl Write, kind: u8, tile: TileId) -> std::io::Result<()> {
+    to.write_all(&[kind, tile.zoom()])?;
+    to.write_all(&tile.row().to_le_bytes())?;
+    to.write_all(&tile.column().to_le_bytes())
+}
+
+fn write_bytes(to: &mut impl Write, bytes: &[u8]) -> std::io::Result<()> {
+    let length = u32::try_from(bytes.len()).map_err(|_| std::io::Error::other("a blob of over 4 GB"))?;
+    to.write_all(&length.to_le_bytes())?;
+    to.write_all(bytes)
+}
+
+fn write_optional(to: &mut impl Write, text: Option<&str>) -> std::io::Result<()> {
+    match text {
+        None => to.write_all(&[ABSENT]),
+        Some(text) => to.write_all(&[GIVEN]).and_then(|()| write_bytes(to, text.as_bytes())),
+    }
+}
+
+fn write_part(to: &mut impl Write, part: &Part) -> std::io::Result<()> {
+    match part {
+        Part::Absent => to.write_all(&[ABSENT]),
+        Part::AsInBase => to.write_all(&[AS_IN_BASE]),
+        Part::Given(bytes) => to.write_all(&[GIVEN]).and_then(|()| write_bytes(to, bytes)),
+    }
+}
+
+/// Reads records, each list in strictly ascending order of tiles.
+#[derive(Debug)]
+pub struct Records<R> {
+    from: R,
+    last: Option<TileId>,
+}
+
+impl<R: Read> Records<R> {
+    /// Of what stands behind a header.
+    pub fn of(from: R) -> Self {
+        Self { from, last: None }
+    }
+
+    /// The next tile's record; `None` at the end of the list.
+    ///
+    /// # Errors
+    /// Where these bytes are none, or as the reader.
+    pub fn tile(&mut self) -> Result<Option<TileRecord>, Malformed> {
+        let Some((kind, tile)) = self.head()? else { return Ok(None) };
+        if kind == GONE {
+            return Ok(Some(TileRecord::Gone(tile)));
+        }
+        let footprint = Footprint {
+            tile,
+            content_hash: self.array()?,
+            acquired: self.optional()?,
+            valid_fraction: f64::from_le_bytes(self.array()?),
+            horizontal_error_m: f64::from_le_bytes(self.array()?),
+            distinctiveness: f64::from_le_bytes(self.array()?),
+            keypoints: u32::from_le_bytes(self.array()?),
+            sources: self.text()?,
+        };
+        let (image, descriptors, cells) = (self.part()?, self.part()?, self.part()?);
+        Ok(Some(TileRecord::Put(Box::new(PutTile { footprint, image, descriptors, cells }))))
+    }
+
+    /// The next record of what a tile was made from; `None` at the end of the list.
+    ///
+    /// # Errors
+    /// Where these bytes are none, or as the reader.
+    pub fn inputs(&mut self) -> Result<Option<InputsRecord>, Malformed> {
+        let Some((kind, tile)) = self.head()? else { return Ok(None) };
+        Ok(Some(if kind == GONE { InputsRecord::Gone(tile) } else { InputsRecord::Are(tile, self.array()?) }))
+    }
+
+    /// Whether nothing is left.
+    ///
+    /// # Errors
+    /// As the reader.
+    pub fn is_at_end(&mut self) -> Result<bool, Malformed> {
+        Ok(self.from.read(&mut [0])? == 0)
+    }
+
+    fn head(&mut self) -> Result<Option<(u8, TileId)>, Malformed> {
+        let kind = self.byte()?;
+        match kind {
+            END => {
+                self.last = None;
+                return Ok(None);
+            }
+            GONE | PUT => {}
+            other => return Err(Malformed::Content(format!("a record of kind {other}"))),
+        }
+        let (zoom, row, column) = (self.byte()?, u32::from_le_bytes(self.array()?), u32::from_le_bytes(self.array()?));
+        let tile = TileId::new(zoom, column, row).map_err(|e| Malformed::Content(e.to_string()))?;
+        if self.last.replace(tile).is_some_and(|last| last >= tile) {
+            return Err(Malformed::Content(format!("tile {tile} stands out of order")));
+        }
+        Ok(Some((kind, tile)))
+    }
+
+    fn byte(&mut self) -> Result<u8, Malformed> {
+        self.array::<1>().map(|[byte]| byte)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
+        let mut bytes = [0; N];
+        self.from.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn bytes(&mut self) -> Result<Vec<u8>, Malformed> {
+        let length = u32::from_le_bytes(self.array()?);
+        if length > MOST_BYTES {
+            return Err(Malformed::Content(format!("a blob of {length} bytes")));
+        }
+        // Memory grows with what is there, not with what is claimed.
+        let mut bytes = Vec::new();
+        (&mut self.from).take(length.into()).read_to_end(&mut bytes)?;
+        if bytes.len() == length as usize { Ok(bytes) } else { Err(Malformed::Content("it ends too early".into())) }
+    }
+
+    fn text(&mut self) -> Result<String, Malformed> {
+        String::from_utf8(self.bytes()?).map_err(|_| Malformed::Content("a text that is no UTF-8".into()))
+    }
+
+    fn optional(&mut self) -> Result<Option<String>, Malformed> {
+        match self.byte()? {
+            ABSENT => Ok(None),
+            GIVEN => self.text().map(Some),
+            other => Err(Malformed::Content(format!("a text of kind {other}"))),
+        }
+    }
+
+    fn part(&mut self) -> Result<Part, Malformed> {
+        match self.byte()? {
+            ABSENT => Ok(Part::Absent),
+            AS_IN_BASE => Ok(Part::AsInBase),
+            GIVEN => self.bytes().map(Part::Given),
+            other => Err(Malformed::Content(format!("a blob of kind {other}"))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tile(column: u32) -> TileId {
+        TileId::new(5, column, 3).unwrap()
+    }
+
+    fn put(column: u32) -> TileRecord {
+        let footprint = Footprint {
+            tile: tile(column),
+            content_hash: [7; 32],
+            acquired: Some("2018-05-01".into()),
+            valid_fraction: 0.1 + 0.2,
+            horizontal_error_m: 1.5,
+            keypoints: 12,
+            distinctiveness: 0.25,
+            sources: "ab cd".into(),
+        };
+        let (image, descriptors, cells) = (Part::Given(vec![1, 2, 3]), Part::AsInBase, Part::Absent);
+        TileRecord::Put(Box::new(PutTile { footprint, image, descriptors, cells }))
+    }
+
+    fn bytes_of(records: &[TileRecord]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        records.iter().for_each(|r| r.write(&mut bytes).unwrap());
+        write_end(&mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn records_come_back_from_their_bytes() {
+        let tiles = [TileRecord::Gone(tile(1)), put(2), put(9)];
+        let mut bytes = bytes_of(&tiles);
+        InputsRecord::Gone(tile(1)).write(&mut bytes).unwrap();
+        InputsRecord::Are(tile(4), [9; 32]).write(&mut bytes).unwrap();
+        write_end(&mut bytes).unwrap();
+        let mut records = Records::of(&bytes[..]);
+        for expected in tiles {
+            assert_eq!(records.tile().unwrap(), Some(expected));
+        }
+        assert_eq!(records.tile().unwrap(), None);
+        assert_eq!(records.inputs().unwrap(), Some(InputsRecord::Gone(tile(1))));
+        assert_eq!(records.inputs().unwrap(), Some(InputsRecord::Are(tile(4), [9; 32])));
+        assert_eq!(records.inputs().unwrap(), None);
+        assert!(records.is_at_end().unwrap());
+    }
+
+    #[test]
+    fn what_is_cut_short_out_of_order_or_too_long_is_no_record() {
+        let bytes = bytes_of(&[put(2)]);
+        for cut in 0..bytes.len() - 1 {
+            let mut records = Records::of(&bytes[..cut]);
+            assert!(matches!(records.tile(), Err(Malformed::Content(_))), "{cut}");
+        }
+        let twice = bytes_of(&[put(2), put(2)]);
+        let mut records = Records::of(&twice[..]);
+        assert!(records.tile().unwrap().is_some());
+        assert!(records.tile().is_err());
+        let mut long = bytes;
+        let at = long.len() - 10;
+        long[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert!(Records::of(&long[..]).tile().is_err());
+    }
+}

@@ -1,0 +1,77 @@
+//! Reading and writing a file's seal.
+
+use super::PackageError;
+use super::digest::file_digest;
+use super::key::SecretKey;
+use super::seal::{HEADER_LEN, SEAL_LEN, Seal, place};
+use std::fs::File;
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+/// The seal of a file and where it stands; `None` where it has none.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub fn read_seal(path: &Path) -> Result<Option<(Seal, Range<u64>)>, PackageError> {
+    let fail = |e| PackageError::io(path, e);
+    let file = File::open(path).map_err(fail)?;
+    let mut header = [0; HEADER_LEN];
+    let mut bytes = [0; SEAL_LEN];
+    let short = |e: &std::io::Error| e.kind() == std::io::ErrorKind::UnexpectedEof;
+    match file.read_exact_at(&mut header, 0) {
+        Err(e) if short(&e) => return Ok(None),
+        other => other.map_err(fail)?,
+    }
+    let Some(place) = place(&header) else { return Ok(None) };
+    match file.read_exact_at(&mut bytes, place.start) {
+        Err(e) if short(&e) => return Ok(None),
+        other => other.map_err(fail)?,
+    }
+    Ok(Seal::from_bytes(&bytes).map(|seal| (seal, place)))
+}
+
+/// Seals a store that was written with [`SEAL_LEN`] reserved bytes a page and this manifest.
+///
+/// # Errors
+/// Where the file cannot be read or written.
+pub fn write_seal(path: &Path, manifest: &str, key: Option<&SecretKey>) -> Result<Seal, PackageError> {
+    let fail = |e| PackageError::io(path, e);
+    let file = File::options().read(true).write(true).open(path).map_err(fail)?;
+    let hole = hole_of(&file).map_err(fail)?;
+    let digest = file_digest(path, hole.clone(), &|_| ()).map_err(fail)?;
+    let mut seal = Seal { manifest: *blake3::hash(manifest.as_bytes()).as_bytes(), file: digest, signature: [0; 64] };
+    if let Some(key) = key {
+        seal.signature = key.sign(&seal.message());
+    }
+    file.write_all_at(&seal.to_bytes(), hole.start).map_err(fail)?;
+    Ok(seal)
+}
+
+/// Puts a seal that was made before into a store that was written with [`SEAL_LEN`] reserved bytes a page.
+///
+/// # Errors
+/// Where the file cannot be read or written.
+pub(super) fn put_seal(path: &Path, seal: &Seal) -> Result<(), PackageError> {
+    let fail = |e| PackageError::io(path, e);
+    let file = File::options().read(true).write(true).open(path).map_err(fail)?;
+    let hole = hole_of(&file).map_err(fail)?;
+    file.write_all_at(&seal.to_bytes(), hole.start).map_err(fail)
+}
+
+/// Whether a file bears this seal, and is what was sealed.
+///
+/// # Errors
+/// Where it cannot be read.
+pub(super) fn file_is_sealed_by(path: &Path, seal: &Seal) -> Result<bool, PackageError> {
+    let Some((found, hole)) = read_seal(path)? else { return Ok(false) };
+    let digest = file_digest(path, hole, &|_| ()).map_err(|e| PackageError::io(path, e))?;
+    Ok(found == *seal && digest == seal.file)
+}
+
+/// Where the seal of a store goes that was written with space for it.
+fn hole_of(file: &File) -> std::io::Result<Range<u64>> {
+    let mut header = [0; HEADER_LEN];
+    file.read_exact_at(&mut header, 0)?;
+    place(&header).ok_or_else(|| std::io::Error::other("SQLite reserved no space for the seal"))
+}

@@ -1,0 +1,245 @@
+//! Verification: every hash, the digest, the SQLite and GeoPackage rules. It reads all of a store and mends nothing.
+
+use super::connection::{self, APPLICATION_ID, Access, USER_VERSION};
+use super::footprint::{self, Footprint};
+use super::layer::{self, Layer};
+use super::source::{self, Declared};
+use super::{StoreError, digest, geometry, geopackage, imagery, reader, require_contract};
+use overfly_core::geodesy::WORLD_M;
+use overfly_core::tile::{TILE_SIZE_PX, TileId};
+use rusqlite::{Connection, OptionalExtension, params};
+use serde::Serialize;
+use std::path::Path;
+
+/// What a verification found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verification {
+    /// Whether nothing is wrong.
+    pub ok: bool,
+    /// The digest that the store's rows give, hexadecimal.
+    pub digest: String,
+    /// Tiles read.
+    pub tiles: u64,
+    /// Every tile with something wrong.
+    pub bad_tiles: Vec<BadTile>,
+    /// What else is wrong, a sentence each.
+    pub problems: Vec<String>,
+}
+
+/// A tile that is not what its footprint says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BadTile {
+    /// Its layer.
+    pub layer: String,
+    /// Zoom, column, row.
+    pub id: String,
+    /// What is wrong.
+    pub reason: String,
+}
+
+/// Checks a store; `progress` is told tiles done and tiles in all.
+///
+/// # Errors
+/// Where the file cannot be opened as a store at all. What is wrong inside is in the answer.
+pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, StoreError> {
+    let connection = connection::open_read(path, Access::Shared)?;
+    let contract = require_contract(&connection, path)?;
+    let layers = layer::load_all(&connection, path)?;
+    let mut report = Report { bad_tiles: Vec::new(), problems: Vec::new(), tiles: 0 };
+    report.check("SQLite integrity", integrity(&connection));
+    report.check("GeoPackage header", header(&connection));
+    report.check("R-tree", rtree(&connection));
+    let total = layers.iter().map(|l| l.tiles).sum();
+    for layer in &layers {
+        if !layer.complete {
+            report.problems.push(format!("layer {}: unfinished build; run the same `overfly build` again", layer.name));
+            continue;
+        }
+        report.check(&format!("layer {}", layer.name), declaration(&connection, layer));
+        report.check(&format!("layer {}", layer.name), layer_rows(&connection, layer));
+        if let Err(error) = report.tiles(&connection, layer, &|done| progress(done, total)) {
+            report.problems.push(format!("layer {}: its tiles cannot be read through: {error}", layer.name));
+        }
+    }
+    let digest = reader::stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
+    let Report { bad_tiles, problems, tiles } = report;
+    let ok = bad_tiles.is_empty() && problems.is_empty();
+    Ok(Verification { ok, digest: digest::hex(&digest), tiles, bad_tiles, problems })
+}
+
+struct Report {
+    bad_tiles: Vec<BadTile>,
+    problems: Vec<String>,
+    tiles: u64,
+}
+
+impl Report {
+    fn check(&mut self, what: &str, found: rusqlite::Result<Vec<String>>) {
+        match found {
+            Ok(problems) => self.problems.extend(problems.into_iter().map(|p| format!("{what}: {p}"))),
+            Err(error) => self.problems.push(format!("{what}: cannot be checked: {error}")),
+        }
+    }
+
+    /// Compares every tile's imagery, descriptors and cells with its footprint.
+    fn tiles(&mut self, connection: &Connection, layer: &Layer, progress: &dyn Fn(u64)) -> rusqlite::Result<()> {
+        let sql = format!(
+            "SELECT {}, f.fid, f.geom FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
+            footprint::COLUMNS
+        );
+        let mut statement = connection.prepare(&sql)?;
+        let mut rows = statement.query([&layer.name])?;
+        while let Some(row) = rows.next()? {
+            let footprint = footprint::read(row)?;
+            let found = bad_tile(connection, layer, &footprint, row.get(10)?, &row.get::<_, Vec<u8>>(11)?)
+                .unwrap_or_else(|error| Some(error.to_string()));
+            if let Some(reason) = found {
+                self.bad_tiles.push(BadTile { layer: layer.name.clone(), id: footprint.tile.to_string(), reason });
+            }
+            self.tiles += 1;
+            progress(self.tiles);
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with a tile, if anything.
+fn bad_tile(
+    connection: &Connection,
+    layer: &Layer,
+    footprint: &Footprint,
+    fid: i64,
+    geometry: &[u8],
+) -> rusqlite::Result<Option<String>> {
+    let tile = footprint.tile;
+    let image: Option<Vec<u8>> = connection
+        .prepare_cached(&format!(
+            "SELECT tile_data FROM \"{}\" WHERE zoom_level = ?1 AND tile_column = ?2 AND tile_row = ?3",
+            layer.name
+        ))?
+        .query_row(params![tile.zoom(), tile.column(), tile.row()], |row| row.get(0))
+        .optional()?;
+    let descriptors: Option<Vec<u8>> = connection
+        .prepare_cached("SELECT descriptors FROM overfly_descriptors WHERE footprint = ?1")?
+        .query_row([fid], |row| row.get(0))
+        .optional()?;
+    let cells: Option<Vec<u8>> = connection
+        .prepare_cached("SELECT cells FROM overfly_cells WHERE footprint = ?1")?
+        .query_row([fid], |row| row.get(0))
+        .optional()?;
+    let Some(image) = image else { return Ok(Some("its imagery is missing".into())) };
+    let Some(media_type) = imagery::media_type(&image) else { return Ok(Some("neither JPEG nor PNG".into())) };
+    let hash = digest::content_hash(media_type, &image, descriptors.as_deref().unwrap_or_default(), cells.as_deref());
+    if hash != footprint.content_hash {
+        return Ok(Some("imagery, descriptors or cells do not have the hash that the footprint states".into()));
+    }
+    let bounds = tile.mercator_bounds();
+    let exact = [bounds.min_x_m, bounds.max_x_m, bounds.min_y_m, bounds.max_y_m];
+    if geometry::envelope(geometry) != Some(exact) {
+        return Ok(Some("its footprint's geometry is not the tile's extent".into()));
+    }
+    let indexed: bool = connection
+        .prepare_cached(
+            "SELECT count(*) = 1 FROM rtree_footprints_geom
+             WHERE id = ?1 AND minx <= ?2 AND maxx >= ?3 AND miny <= ?4 AND maxy >= ?5",
+        )?
+        .query_row(params![fid, exact[0], exact[1], exact[2], exact[3]], |row| row.get(0))?;
+    Ok((!indexed).then(|| "the R-tree does not hold its extent".into()))
+}
+
+fn integrity(connection: &Connection) -> rusqlite::Result<Vec<String>> {
+    let mut statement = connection.prepare("PRAGMA integrity_check")?;
+    let found: Vec<String> = statement.query_map([], |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;
+    Ok(found.into_iter().filter(|line| line != "ok").collect())
+}
+
+fn header(connection: &Connection) -> rusqlite::Result<Vec<String>> {
+    let mut problems = Vec::new();
+    for (pragma, expected) in [("application_id", APPLICATION_ID), ("user_version", USER_VERSION)] {
+        let found: i32 = connection.query_row(&format!("PRAGMA {pragma}"), [], |row| row.get(0))?;
+        if found != expected {
+            problems.push(format!("{pragma} is {found}, not {expected}"));
+        }
+    }
+    Ok(problems)
+}
+
+fn rtree(connection: &Connection) -> rusqlite::Result<Vec<String>> {
+    let count =
+        |table: &str| connection.query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get::<_, u32>(0));
+    let (indexed, footprints) = (count("rtree_footprints_geom")?, count("footprints")?);
+    let mut problems = Vec::new();
+    if indexed != footprints {
+        problems.push(format!("{indexed} entries for {footprints} footprints"));
+    }
+    let state: String = connection.query_row("SELECT rtreecheck('rtree_footprints_geom')", [], |row| row.get(0))?;
+    if state != "ok" {
+        problems.push(state);
+    }
+    Ok(problems)
+}
+
+/// Whether the GeoPackage's tables declare the layer as it is.
+fn declaration(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<String>> {
+    let mut problems = Vec::new();
+    let contents: u32 = connection.query_row(
+        "SELECT count(*) FROM gpkg_contents WHERE table_name = ?1 AND data_type = 'tiles' AND srs_id = 3857",
+        [&layer.name],
+        |row| row.get(0),
+    )?;
+    if contents != 1 {
+        problems.push("gpkg_contents does not declare it".into());
+    }
+    let set: Option<[f64; 4]> = connection
+        .query_row(
+            "SELECT min_x, min_y, max_x, max_y FROM gpkg_tile_matrix_set WHERE table_name = ?1",
+            [&layer.name],
+            |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?]),
+        )
+        .optional()?;
+    let half_m = WORLD_M / 2.0;
+    if set != Some([-half_m, -half_m, half_m, half_m]) {
+        problems.push("gpkg_tile_matrix_set does not span the world".into());
+    }
+    for zoom in layer.min_zoom..=layer.base_zoom {
+        let found: Option<(u32, u32, u32, u32, f64, f64)> = connection
+            .query_row(
+                "SELECT matrix_width, matrix_height, tile_width, tile_height, pixel_x_size, pixel_y_size
+                 FROM gpkg_tile_matrix WHERE table_name = ?1 AND zoom_level = ?2",
+                params![layer.name, zoom],
+                |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?, row.get(4)?, row.get(5)?)),
+            )
+            .optional()?;
+        let (size, pixel_m) = (1u32 << zoom, geopackage::pixel_size_m(zoom));
+        if found != Some((size, size, TILE_SIZE_PX, TILE_SIZE_PX, pixel_m, pixel_m)) {
+            problems.push(format!("gpkg_tile_matrix does not describe zoom {zoom}"));
+        }
+    }
+    Ok(problems)
+}
+
+/// Counts, strays and the digest.
+fn layer_rows(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<String>> {
+    let mut problems = Vec::new();
+    let mut statement = connection.prepare(&format!(
+        "SELECT t.zoom_level, t.tile_column, t.tile_row FROM \"{}\" t
+         LEFT JOIN footprints f ON f.layer = ?1 AND f.zoom = t.zoom_level AND f.tile_row = t.tile_row
+             AND f.tile_column = t.tile_column
+         WHERE f.fid IS NULL",
+        layer.name
+    ))?;
+    let strays: Vec<TileId> =
+        statement.query_map([&layer.name], |row| footprint::tile_at(row, 0))?.collect::<rusqlite::Result<_>>()?;
+    problems.extend(strays.iter().map(|tile| format!("tile {tile} has no footprint")));
+    let tiles: u32 =
+        connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [&layer.name], |row| row.get(0))?;
+    if u64::from(tiles) != layer.tiles {
+        problems.push(format!("{tiles} tiles where {} are stated", layer.tiles));
+    }
+    let sources = source::load(connection, &layer.name, Declared::Finished)?;
+    let digest = digest::layer_digest(connection, &layer.name, layer.base_zoom, layer.min_zoom, &sources)?;
+    if Some(digest::hex(&digest)) != layer.digest {
+        problems.push("its rows do not give the digest that is stated".into());
+    }
+    Ok(problems)
+}

@@ -1,0 +1,125 @@
+//! `Witness`: which footprints a store has, read once without its indexes and proved by its layers' digests. What an index
+//! says later is held against it: a tile that an index has lost is noticed, and is not taken for absent.
+
+use super::footprint::{self, Footprint};
+use super::layer::Layer;
+use super::source::{self, Declared};
+use super::{StoreError, digest};
+use overfly_core::geodesy::WORLD_M;
+use overfly_core::tile::{MercatorBounds, TileId};
+use rusqlite::Connection;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// What is kept of every footprint: 28 bytes.
+#[derive(Debug)]
+pub(super) struct Witness {
+    /// By layer; sorted by zoom, row and column.
+    layers: HashMap<String, Vec<Known>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    tile: TileId,
+    check: [u8; 16],
+}
+
+impl Witness {
+    /// Reads the footprints of every finished layer in one scan of their table.
+    ///
+    /// # Errors
+    /// [`StoreError::Damaged`] where they do not give the digest that their layer states, or cannot be read.
+    pub fn of(connection: &Connection, layers: &[Layer], path: &Path) -> Result<Self, StoreError> {
+        let fail = |e| StoreError::sqlite(path, e);
+        let mut rows = scan(connection).map_err(fail)?;
+        let mut known = HashMap::new();
+        for layer in layers.iter().filter(|l| l.complete) {
+            let mut footprints = rows.remove(&layer.name).unwrap_or_default();
+            footprints.sort_by_key(|f| f.tile);
+            let sources = source::load(connection, &layer.name, Declared::Finished).map_err(fail)?;
+            let found = digest::layer_digest_of(&layer.name, layer.base_zoom, layer.min_zoom, &sources, &footprints);
+            if Some(digest::hex(&found)) != layer.digest || footprints.len() as u64 != layer.tiles {
+                let reason = format!("the rows of layer {} do not give the digest that it states", layer.name);
+                return Err(StoreError::Damaged { path: path.into(), reason });
+            }
+            let kept = footprints.iter().map(|f| Known { tile: f.tile, check: digest::footprint_check(f) });
+            known.insert(layer.name.clone(), kept.collect());
+        }
+        Ok(Self { layers: known })
+    }
+
+    fn of_layer(&self, layer: &str) -> &[Known] {
+        self.layers.get(layer).map_or(&[], Vec::as_slice)
+    }
+
+    fn find(&self, layer: &str, tile: TileId) -> Option<Known> {
+        let known = self.of_layer(layer);
+        known.binary_search_by_key(&tile, |k| k.tile).ok().map(|at| known[at])
+    }
+
+    /// Whether a layer has a tile.
+    pub fn knows(&self, layer: &str, tile: TileId) -> bool {
+        self.find(layer, tile).is_some()
+    }
+
+    /// Whether a footprint is what was proved.
+    pub fn agrees(&self, layer: &str, footprint: &Footprint) -> bool {
+        self.find(layer, footprint.tile).is_some_and(|k| k.check == digest::footprint_check(footprint))
+    }
+
+    /// Tiles of one zoom.
+    pub fn count_at(&self, layer: &str, zoom: u8) -> usize {
+        level(self.of_layer(layer), zoom).len()
+    }
+
+    /// Tiles of one zoom that meet any of the windows (as `windows_on_the_map` gives them).
+    pub fn count_in(&self, layer: &str, zoom: u8, windows: &[MercatorBounds]) -> usize {
+        let known = level(self.of_layer(layer), zoom);
+        let span_m = WORLD_M / 2f64.powi(i32::from(zoom));
+        let mut met: Vec<TileId> = Vec::new();
+        for window in windows {
+            // One row and one column more on each side than the quotients say; the exact check decides.
+            let index = |v: f64, more: f64| (v / span_m).floor() + more;
+            let rows = [index(WORLD_M / 2.0 - window.max_y_m, -1.0), index(WORLD_M / 2.0 - window.min_y_m, 1.0)];
+            let columns = [index(window.min_x_m + WORLD_M / 2.0, -1.0), index(window.max_x_m + WORLD_M / 2.0, 1.0)];
+            let mut at = known.partition_point(|k| f64::from(k.tile.row()) < rows[0]);
+            while at < known.len() && f64::from(known[at].tile.row()) <= rows[1] {
+                let row = known[at].tile.row();
+                let end = at + known[at..].partition_point(|k| k.tile.row() == row);
+                let from = at + known[at..end].partition_point(|k| f64::from(k.tile.column()) < columns[0]);
+                let inside = known[from..end].iter().take_while(|k| f64::from(k.tile.column()) <= columns[1]);
+                met.extend(inside.map(|k| k.tile).filter(|t| t.mercator_bounds().intersects(window)));
+                at = end;
+            }
+        }
+        met.sort_unstable();
+        met.dedup();
+        met.len()
+    }
+}
+
+/// Those of one zoom.
+fn level(known: &[Known], zoom: u8) -> &[Known] {
+    let from = known.partition_point(|k| k.tile.zoom() < zoom);
+    let count = known[from..].partition_point(|k| k.tile.zoom() == zoom);
+    &known[from..from + count]
+}
+
+/// Every footprint by layer, by a scan of the table itself.
+fn scan(connection: &Connection) -> rusqlite::Result<HashMap<String, Vec<Footprint>>> {
+    let sql = format!("SELECT {}, f.layer FROM footprints f NOT INDEXED", footprint::COLUMNS);
+    let mut statement = connection.prepare(&sql)?;
+    let mut rows = statement.query([])?;
+    let mut found: HashMap<String, Vec<Footprint>> = HashMap::new();
+    while let Some(row) = rows.next()? {
+        let layer = row.get_ref(10)?.as_str()?;
+        let footprint = footprint::read(row)?;
+        match found.get_mut(layer) {
+            Some(footprints) => footprints.push(footprint),
+            None => {
+                found.insert(layer.to_owned(), vec![footprint]);
+            }
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,311 @@
+//! `Writer`: one build's hand on a store. It declares what a layer shall be, puts tiles, and finishes; or removes a layer.
+//!
+//! A layer that answers queries goes on answering with its old content until the transaction that finishes the build;
+//! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
+
+use super::content::{self, Child, TileContent};
+use super::declaration::Declaration;
+use super::finish::Finished;
+use super::footprint::Footprint;
+use super::geometry::polygon_blob;
+use super::layer;
+use super::source::{self, Declared};
+use super::{StoreError, connection, finish, geopackage, require_contract};
+use overfly_core::tile::TileId;
+use rusqlite::{Connection, OptionalExtension, params};
+use std::path::{Path, PathBuf};
+
+/// A tile as computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuiltTile {
+    /// Which tile.
+    pub tile: TileId,
+    /// Hash of all that decides its content.
+    pub inputs_hash: [u8; 32],
+    /// `None`: no pixel of it is valid.
+    pub content: Option<TileContent>,
+}
+
+/// A store opened for one build. One thread writes.
+#[derive(Debug)]
+pub struct Writer {
+    path: PathBuf,
+    connection: Connection,
+    declaration: Declaration,
+    plan_hash: [u8; 32],
+    staging: bool,
+    in_transaction: bool,
+}
+
+impl Writer {
+    /// Opens the store (made where there is none), writes down what the layer shall be, and is ready for tiles.
+    ///
+    /// # Errors
+    /// Where the file is no store, cannot be written, or is of another contract.
+    pub fn begin(path: &Path, contract: &str, declaration: Declaration) -> Result<Self, StoreError> {
+        layer::check_name(&declaration.layer)?;
+        let connection = open_or_create(path, contract)?;
+        let plan_hash = declaration.plan_hash();
+        let fail = |e| StoreError::sqlite(path, e);
+        let transaction = connection.unchecked_transaction().map_err(fail)?;
+        let staging = record(&transaction, &declaration, &plan_hash).map_err(fail)?;
+        transaction.commit().map_err(fail)?;
+        Ok(Self { path: path.into(), connection, declaration, plan_hash, staging, in_transaction: false })
+    }
+
+    /// Puts a tile in its place, or in the staging table where the layer answers meanwhile. Kept once
+    /// [`Writer::commit`] returns.
+    ///
+    /// # Errors
+    /// Where the disk is full or another build took the layer over.
+    pub fn put(&mut self, built: &BuiltTile) -> Result<(), StoreError> {
+        if !self.in_transaction {
+            self.begin_transaction()?;
+        }
+        let layer = &self.declaration.layer;
+        let outcome =
+            if self.staging { stage(&self.connection, layer, built) } else { place(&self.connection, layer, built) };
+        outcome.map_err(|e| StoreError::sqlite(&self.path, e))
+    }
+
+    /// Makes what was put durable.
+    ///
+    /// # Errors
+    /// Where the disk is full.
+    pub fn commit(&mut self) -> Result<(), StoreError> {
+        if std::mem::take(&mut self.in_transaction) {
+            self.connection.execute_batch("COMMIT").map_err(|e| self.fail(e))?;
+        }
+        Ok(())
+    }
+
+    /// What an overview needs to know of a tile, stored or staged; `None` where it has no pixel.
+    ///
+    /// # Errors
+    /// Where the store is damaged.
+    pub fn child(&self, tile: TileId) -> Result<Option<Child>, StoreError> {
+        let layer = &self.declaration.layer;
+        let mut found = None;
+        if self.staging {
+            found = content::staged_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
+        }
+        if found.is_none() {
+            found = content::placed_child(&self.connection, layer, tile).map_err(|e| self.fail(e))?;
+        }
+        found.map_or(Ok(None), |below| below.proved(&self.path, layer, tile))
+    }
+
+    /// Ends the build in one transaction: staged tiles to their places, tiles that are not in `wanted` away, sources,
+    /// counts, digest and the GeoPackage's declaration up to date. Returns the tiles that the layer now has; `None` where
+    /// it would have none: the build is then given up.
+    ///
+    /// # Errors
+    /// Where the disk is full or another build took the layer over; the layer is then as it was.
+    pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<Option<u64>, StoreError> {
+        self.commit()?;
+        self.begin_transaction()?;
+        let Finished { tiles, damaged } =
+            finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
+        if let Some(tile) = damaged {
+            // The transaction ends with the connection, undone.
+            return Err(content::damaged(&self.path, &self.declaration.layer, tile));
+        }
+        if tiles == 0 {
+            self.in_transaction = false;
+            self.connection.execute_batch("ROLLBACK").map_err(|e| self.fail(e))?;
+            self.abandon()?;
+            return Ok(None);
+        }
+        self.commit()?;
+        finish::compact(self.connection, &self.path)?;
+        Ok(Some(tiles))
+    }
+
+    /// Gives the declared build up: the layer is as it was before; one that never was finished is gone.
+    ///
+    /// # Errors
+    /// Where SQLite fails.
+    pub fn abandon(mut self) -> Result<(), StoreError> {
+        self.commit()?;
+        self.begin_transaction()?;
+        let layer = &self.declaration.layer;
+        let outcome = if self.staging {
+            finish::clear_pending(&self.connection, layer)
+        } else {
+            finish::remove(&self.connection, layer)
+        };
+        outcome.map_err(|e| self.fail(e))?;
+        self.commit()
+    }
+
+    fn begin_transaction(&mut self) -> Result<(), StoreError> {
+        self.connection.execute_batch("BEGIN IMMEDIATE").map_err(|e| self.fail(e))?;
+        self.in_transaction = true;
+        let ours: Option<[u8; 32]> = self
+            .connection
+            .prepare_cached("SELECT plan_hash FROM overfly_pending WHERE layer = ?1")
+            .and_then(|mut s| s.query_row([&self.declaration.layer], |row| row.get(0)).optional())
+            .map_err(|e| self.fail(e))?;
+        if ours == Some(self.plan_hash) {
+            return Ok(());
+        }
+        Err(StoreError::Superseded { path: self.path.clone(), layer: self.declaration.layer.clone() })
+    }
+
+    fn fail(&self, error: rusqlite::Error) -> StoreError {
+        StoreError::sqlite(&self.path, error)
+    }
+}
+
+/// Removes a layer and all that belongs to it.
+///
+/// # Errors
+/// [`StoreError::NoLayer`], or where the file cannot be written.
+pub fn remove_layer(path: &Path, name: &str) -> Result<(), StoreError> {
+    layer::check_name(name)?;
+    let fail = |e| StoreError::sqlite(path, e);
+    let connection = connection::open_write(path)?;
+    require_contract(&connection, path)?;
+    let layers = layer::load_all(&connection, path)?;
+    if !layers.iter().any(|l| l.name == name) {
+        let known: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
+        return Err(StoreError::NoLayer { path: path.into(), name: name.into(), known: known.join(", ") });
+    }
+    let transaction = connection.unchecked_transaction().map_err(fail)?;
+    finish::remove(&transaction, name).map_err(fail)?;
+    transaction.commit().map_err(fail)?;
+    finish::compact(connection, path)
+}
+
+fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
+    let absent = match std::fs::metadata(path) {
+        Ok(metadata) => metadata.is_file() && metadata.len() == 0,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
+        Err(e) => return Err(StoreError::io(path, e)),
+    };
+    if absent {
+        return connection::create(path, contract);
+    }
+    let connection = connection::open_write(path)?;
+    require_contract(&connection, path)?;
+    Ok(connection)
+}
+
+/// Writes the declaration down; whether the layer answers meanwhile.
+fn record(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 32]) -> rusqlite::Result<bool> {
+    let Declaration { layer, zoom_override, base_zoom, min_zoom, sources } = declaration;
+    geopackage::create_tile_table(connection, layer)?;
+    connection.execute(
+        "INSERT INTO overfly_layers (name, complete, zoom_override, base_zoom, min_zoom) VALUES (?1, 0, ?2, ?3, ?4)
+         ON CONFLICT (name) DO UPDATE SET base_zoom = excluded.base_zoom, min_zoom = excluded.min_zoom,
+             zoom_override = excluded.zoom_override WHERE complete = 0",
+        params![layer, zoom_override, base_zoom, min_zoom],
+    )?;
+    connection.execute(
+        "INSERT OR REPLACE INTO overfly_pending (layer, zoom_override, base_zoom, min_zoom, plan_hash)
+         VALUES (?1, ?2, ?3, ?4, ?5)",
+        params![layer, zoom_override, base_zoom, min_zoom, plan_hash],
+    )?;
+    connection.execute("DELETE FROM overfly_pending_sources WHERE layer = ?1", [layer])?;
+    for source in sources {
+        source::insert(connection, layer, Declared::Pending, source)?;
+    }
+    connection.query_row("SELECT complete FROM overfly_layers WHERE name = ?1", [layer], |row| row.get(0))
+}
+
+fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
+    let tile = built.tile;
+    let content = built.content.as_ref();
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO overfly_staged
+                 (layer, zoom, tile_row, tile_column, inputs_hash, tile_data, geom, content_hash, sources, acquired,
+                  valid_fraction, horizontal_error_m, keypoints, distinctiveness, descriptors, cells)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+        )?
+        .execute(params![
+            layer,
+            tile.zoom(),
+            tile.row(),
+            tile.column(),
+            built.inputs_hash,
+            content.map(|c| &c.image.bytes),
+            content.map(|_| polygon_blob(&tile.mercator_bounds())),
+            content.map(|c| c.image.content_hash),
+            content.map(|c| &c.sources),
+            content.and_then(|c| c.acquired.as_deref()),
+            content.map(|c| c.valid_fraction),
+            content.map(|c| c.horizontal_error_m),
+            content.map(|c| c.keypoints),
+            content.map(|c| c.distinctiveness),
+            content.and_then(|c| c.descriptors.as_deref()),
+            content.map(|c| &c.cells),
+        ])?;
+    Ok(())
+}
+
+fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
+    let tile = built.tile;
+    finish::clear_tile(connection, layer, tile)?;
+    if let Some(content) = &built.content {
+        let footprint = content.footprint(tile);
+        let placed = Placed {
+            footprint: &footprint,
+            image: &content.image.bytes,
+            descriptors: content.descriptors.as_deref(),
+            cells: Some(&content.cells),
+        };
+        place_content(connection, layer, &placed)?;
+    }
+    finish::note_inputs(connection, layer, tile, &built.inputs_hash)
+}
+
+/// What goes into the tables of one tile.
+pub(super) struct Placed<'a> {
+    pub footprint: &'a Footprint,
+    pub image: &'a [u8],
+    pub descriptors: Option<&'a [u8]>,
+    pub cells: Option<&'a [u8]>,
+}
+
+pub(super) fn place_content(connection: &Connection, layer: &str, placed: &Placed<'_>) -> rusqlite::Result<()> {
+    let (known, tile) = (placed.footprint, placed.footprint.tile);
+    connection
+        .prepare_cached(&format!(
+            "INSERT INTO \"{layer}\" (zoom_level, tile_column, tile_row, tile_data) VALUES (?1, ?2, ?3, ?4)"
+        ))?
+        .execute(params![tile.zoom(), tile.column(), tile.row(), placed.image])?;
+    connection
+        .prepare_cached(
+            "INSERT INTO footprints
+                 (geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
+                  horizontal_error_m, keypoints, distinctiveness)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
+        )?
+        .execute(params![
+            polygon_blob(&tile.mercator_bounds()),
+            layer,
+            tile.zoom(),
+            tile.column(),
+            tile.row(),
+            known.content_hash,
+            known.sources,
+            known.acquired,
+            known.valid_fraction,
+            known.horizontal_error_m,
+            known.keypoints,
+            known.distinctiveness,
+        ])?;
+    let footprint = connection.last_insert_rowid();
+    if let Some(descriptors) = placed.descriptors {
+        connection
+            .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
+            .execute(params![footprint, descriptors])?;
+    }
+    if let Some(cells) = placed.cells {
+        connection
+            .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
+            .execute(params![footprint, cells])?;
+    }
+    Ok(())
+}

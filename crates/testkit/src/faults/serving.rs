@@ -1,0 +1,182 @@
+//! The aircraft's service, under bad reads: each answer is the one it ever was, or none; it goes on and says how it is.
+
+use super::bench::Bench;
+use super::reading::ReadTally;
+use super::shim::{Fault, Kind};
+use super::tally::spread;
+use overfly_store::Reader;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+/// What is asked, and what a sound store answers.
+pub struct Serving {
+    store: PathBuf,
+    questions: Vec<Question>,
+    sound: Vec<Answer>,
+    counts: Vec<u64>,
+}
+
+/// A request as it goes over the line, but for its host.
+struct Question {
+    line: String,
+    body: Vec<u8>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Answer {
+    status: u16,
+    body: Vec<u8>,
+}
+
+struct Running {
+    child: Child,
+    address: String,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Serving {
+    /// Asks a sound copy of `store` for tiles, candidates and the place of `frame`.
+    pub fn of(bench: &Bench, store: &Path, frame: &Path) -> Self {
+        let mut serving =
+            Self { store: store.into(), questions: questions(store, frame), sound: Vec::new(), counts: Vec::new() };
+        let (sound, counts) = serving.run(bench, Fault { kind: Kind::Bad, at: 0 }).expect("it starts");
+        assert!(sound.iter().all(|a| a.status == 200), "{sound:?}");
+        (serving.sound, serving.counts) = (sound, counts);
+        serving
+    }
+
+    /// At most `most` bad reads of a kind, evenly over all.
+    pub fn tally(&self, bench: &Bench, kind: Kind, most: u64, seed: u64) -> ReadTally {
+        let points = kind.points(&self.counts);
+        let mut tally = ReadTally { points, ..ReadTally::default() };
+        for at in spread(points, most, seed) {
+            match self.run(bench, Fault { kind, at }) {
+                Err(said) if said.contains("panicked") || !said.contains("target.gpkg") => tally.failures.push(said),
+                Err(_) => tally.refused += 1,
+                Ok((answers, _)) => match self.judge(&answers) {
+                    Ok(0) => tally.answered += 1,
+                    Ok(_) if kind != Kind::Short => tally.refused += 1,
+                    Ok(refused) => tally.failures.push(format!("onboard, {kind:?} at {at}: {refused} refused")),
+                    Err(wrong) => tally.failures.push(format!("onboard, {kind:?} at {at}: {wrong}")),
+                },
+            }
+            tally.tried += 1;
+        }
+        tally
+    }
+
+    /// How many answers are refusals. `Err`: the first that is another than a sound store's, and no refusal.
+    fn judge(&self, answers: &[Answer]) -> Result<usize, String> {
+        let mut refusals = 0;
+        for ((question, found), sound) in self.questions.iter().zip(answers).zip(&self.sound) {
+            if found.status >= 500 || found.status == 200 && no_fix(&found.body) {
+                refusals += 1;
+            } else if found.status != sound.status || !same(&found.body, &sound.body) {
+                let body = String::from_utf8_lossy(&found.body).chars().take(300).collect::<String>();
+                return Err(format!("{} answers {} {body}", question.line, found.status));
+            }
+        }
+        let health = answers.last().expect("health is asked last");
+        if health.status == 200 { Ok(refusals) } else { Err("it does not say how it is".into()) }
+    }
+
+    /// Starts, asks everything, stops: the answers, and calls of each kind. `Err`: what it said instead of starting.
+    fn run(&self, bench: &Bench, fault: Fault) -> Result<(Vec<Answer>, Vec<u64>), String> {
+        bench.lay_out(&[("target.gpkg", self.store.clone())].into());
+        let words = ["serve", "--onboard", "--listen", "127.0.0.1:0", "--db", "{}/target.gpkg"].map(Into::into);
+        let mut command = bench.armed(&words, fault);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
+        let mut errors = child.stderr.take().unwrap();
+        // Read beside, so that the service never waits for it.
+        let said = std::thread::spawn(move || {
+            let mut said = String::new();
+            errors.read_to_string(&mut said).unwrap();
+            said
+        });
+        let Some(address) = json["listening"].as_str().and_then(|a| a.strip_prefix("http://")) else {
+            child.wait().unwrap();
+            return Err(line + &said.join().unwrap());
+        };
+        let mut running = Running { child, address: address.to_owned() };
+        let answers: Vec<Answer> = self.questions.iter().map(|q| running.ask(q)).collect();
+        let told =
+            std::process::Command::new("kill").args(["-TERM", &running.child.id().to_string()]).status().unwrap();
+        assert!(told.success() && running.child.wait().unwrap().success());
+        let said = said.join().unwrap();
+        if said.contains("panicked") {
+            return Err(said);
+        }
+        Ok((answers, bench.report().counts))
+    }
+}
+
+impl Running {
+    fn ask(&self, question: &Question) -> Answer {
+        let mut stream = TcpStream::connect(&self.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        let (line, len) = (&question.line, question.body.len());
+        let head = format!(
+            "{line} HTTP/1.1\r\nhost: x\r\nconnection: close\r\ncontent-type: multipart/form-data; boundary=b\r\n\
+             content-length: {len}\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        stream.write_all(&question.body).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        let split = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
+        let status = String::from_utf8_lossy(&answer[9..12]).parse().unwrap();
+        Answer { status, body: answer[split + 4..].to_vec() }
+    }
+}
+
+fn questions(store: &Path, frame: &Path) -> Vec<Question> {
+    let get = |path: String| Question { line: format!("GET {path}"), body: Vec::new() };
+    let reader = Reader::open(store).unwrap();
+    let layer = &reader.layers()[0];
+    let tiles = reader.footprints(layer, layer.base_zoom).unwrap();
+    let mut all: Vec<_> =
+        tiles.iter().step_by(5).map(|f| get(format!("/v1/tiles/{}/{}", layer.name, f.tile))).collect();
+    let around = "latitude_deg=48.4915&longitude_deg=15.6145&heading_deg=270&across_m=200&along_m=200";
+    all.push(get(format!("/v1/candidates?{around}&inaccuracy_m=20&drift_m=100")));
+    let prior = serde_json::json!({
+        "latitude_deg": 48.4915, "longitude_deg": 15.616, "sigma_m": 150.0, "heading_deg": 271.6, "gsd_m_per_px": 1.25,
+    });
+    let mut body = b"--b\r\ncontent-disposition: form-data; name=\"image\"\r\n\r\n".to_vec();
+    body.extend(std::fs::read(frame).unwrap());
+    body.extend_from_slice(b"\r\n--b\r\ncontent-disposition: form-data; name=\"request\"\r\n\r\n");
+    body.extend(prior.to_string().into_bytes());
+    body.extend_from_slice(b"\r\n--b--\r\n");
+    all.push(Question { line: "POST /v1/fixes".into(), body });
+    all.push(get("/healthz".into()));
+    all
+}
+
+fn json(body: &[u8]) -> serde_json::Value {
+    serde_json::from_slice(body).unwrap_or_default()
+}
+
+fn no_fix(body: &[u8]) -> bool {
+    json(body)["status"] == "no_fix"
+}
+
+/// Byte for byte; of a fix: the same place to 3 m, for a damaged tile is left out. Health may say anything.
+fn same(found: &[u8], sound: &[u8]) -> bool {
+    let (a, b) = (json(found), json(sound));
+    let off_deg = |key: &str| Some((a[key].as_f64()? - b[key].as_f64()?).abs());
+    match (off_deg("latitude_deg"), off_deg("longitude_deg")) {
+        (Some(north_deg), Some(east_deg)) if b["status"] == "fix" => north_deg < 2.7e-5 && east_deg < 4.0e-5,
+        _ => found == sound || sound == b"ok\n",
+    }
+}

@@ -1,0 +1,230 @@
+//! Injuries to an exported store: what `verify` and the aircraft make of each. Used by the tests in short form and by the
+//! example `injure_store` in long form.
+
+use overfly_core::feature::{CELLS, CellMap, CellWindow};
+use overfly_store::package::{Date, Verify, open_onboard, verify_package};
+use overfly_store::{Footprint, Layer, Reader, StoredTile};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use std::collections::BTreeMap;
+use std::os::unix::fs::FileExt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What is done to a store.
+#[derive(Debug, Clone)]
+pub enum Injury {
+    /// One bit of one byte.
+    Flip { at: usize, bit: u8 },
+    /// The file ends here.
+    Truncation { len: usize },
+    /// Two pages change places.
+    Swap { pages: [usize; 2] },
+}
+
+/// What came of injuries.
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
+pub struct Tally {
+    pub injuries: u64,
+    /// `verify`: not good, exit code 3.
+    pub not_good: u64,
+    /// `verify`: no store, exit code 2.
+    pub no_store: u64,
+    /// Onboard refused to start.
+    pub refused_onboard: u64,
+    /// Onboard started and gave some tiles up.
+    pub degraded: u64,
+    /// Injuries that `verify` missed, panics, and wrong answers: none may be.
+    pub failures: Vec<String>,
+}
+
+/// What a sound store answers.
+pub struct Sound {
+    bytes: Vec<u8>,
+    page: usize,
+    layers: Vec<Layer>,
+    footprints: BTreeMap<(String, u8), Vec<Footprint>>,
+    tiles: Vec<(Layer, StoredTile)>,
+    cells: BTreeMap<(String, u8), Arc<CellMap>>,
+}
+
+/// A day on which no test's store has expired.
+pub fn a_day() -> Date {
+    "2026-11-22".parse().unwrap()
+}
+
+impl Sound {
+    /// All answers of the store at `path`.
+    pub fn of(path: &Path) -> Self {
+        let reader = Reader::open(path).unwrap();
+        let (mut footprints, mut tiles, mut cells) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
+        for layer in reader.layers() {
+            for zoom in layer.min_zoom..=layer.base_zoom {
+                let key = (layer.name.clone(), zoom);
+                let of_level = reader.footprints(layer, zoom).unwrap();
+                for footprint in &of_level {
+                    tiles.push((layer.clone(), reader.stored_tile(layer, footprint.tile).unwrap().unwrap()));
+                }
+                footprints.insert(key.clone(), of_level);
+                cells.insert(key, reader.cells(layer, zoom, 1).unwrap());
+            }
+        }
+        let bytes = std::fs::read(path).unwrap();
+        let page = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
+        Self { bytes, page, layers: reader.layers().to_vec(), footprints, tiles, cells }
+    }
+
+    /// `count` injuries of each kind asked for. Half of the flips fall on pages that are nodes of a tree and not on what
+    /// hangs over: there are few of these, and they lead everywhere.
+    pub fn injuries(&self, flips: usize, truncations: usize, swaps: usize, seed: u64) -> Vec<Injury> {
+        let mut dice = StdRng::seed_from_u64(seed);
+        let pages = self.bytes.len() / self.page;
+        let is_node = |p: &usize| {
+            let first = self.bytes[p * self.page + if *p == 0 { 100 } else { 0 }];
+            [2, 5, 10, 13].contains(&first)
+        };
+        let nodes: Vec<usize> = (0..pages).filter(is_node).collect();
+        let mut injuries = Vec::new();
+        for flip in 0..flips {
+            let anywhere = dice.random_range(0..self.bytes.len());
+            let within = dice.random_range(0..self.page);
+            let node = nodes[dice.random_range(0..nodes.len())];
+            let at = if flip % 2 == 0 { anywhere } else { node * self.page + within };
+            injuries.push(Injury::Flip { at, bit: dice.random_range(0..8) });
+        }
+        for truncation in 0..truncations {
+            // By turns at a page's end, where nothing is cut in two, and anywhere.
+            let len = dice.random_range(0..self.bytes.len());
+            let len = if truncation % 2 == 0 { len / self.page * self.page } else { len };
+            injuries.push(Injury::Truncation { len });
+        }
+        let page = |p: usize| &self.bytes[p * self.page..(p + 1) * self.page];
+        while injuries.len() < flips + truncations + swaps {
+            let pages = [dice.random_range(0..pages), dice.random_range(0..pages)];
+            if page(pages[0]) != page(pages[1]) {
+                injuries.push(Injury::Swap { pages });
+            }
+        }
+        injuries
+    }
+
+    /// Does each injury to a copy at `path`, asks, and heals it again.
+    pub fn endure(&self, path: &Path, injuries: &[Injury], mut each: impl FnMut(&Path, &mut Tally)) -> Tally {
+        std::fs::write(path, &self.bytes).unwrap();
+        let mut tally = Tally::default();
+        for injury in injuries {
+            self.injure(path, injury);
+            tally.injuries += 1;
+            self.verify(path, injury, &mut tally);
+            self.fly(path, injury, &mut tally);
+            each(path, &mut tally);
+            self.heal(path, injury);
+        }
+        assert_eq!(std::fs::read(path).unwrap(), self.bytes, "healed");
+        tally
+    }
+
+    fn injure(&self, path: &Path, injury: &Injury) {
+        let file = std::fs::File::options().write(true).open(path).unwrap();
+        match *injury {
+            Injury::Flip { at, bit } => file.write_all_at(&[self.bytes[at] ^ (1 << bit)], at as u64).unwrap(),
+            Injury::Truncation { len } => file.set_len(len as u64).unwrap(),
+            Injury::Swap { pages: [a, b] } => {
+                let page = |p: usize| &self.bytes[p * self.page..(p + 1) * self.page];
+                file.write_all_at(page(b), (a * self.page) as u64).unwrap();
+                file.write_all_at(page(a), (b * self.page) as u64).unwrap();
+            }
+        }
+    }
+
+    fn heal(&self, path: &Path, injury: &Injury) {
+        let file = std::fs::File::options().write(true).open(path).unwrap();
+        let restore = |from: usize, len: usize| file.write_all_at(&self.bytes[from..from + len], from as u64).unwrap();
+        match *injury {
+            Injury::Flip { at, .. } => restore(at, 1),
+            Injury::Truncation { len } => restore(len, self.bytes.len() - len),
+            Injury::Swap { pages } => pages.iter().for_each(|p| restore(p * self.page, self.page)),
+        }
+    }
+
+    /// `verify` refuses it, by 3 or 2, and lives.
+    fn verify(&self, path: &Path, injury: &Injury, tally: &mut Tally) {
+        let how = Verify { key: None, today: a_day(), every_tile: false };
+        match catch_unwind(AssertUnwindSafe(|| verify_package(path, &how, &|_, _| ()))) {
+            Err(_) => tally.failures.push(format!("verify panics on {injury:?}")),
+            Ok(Ok(found)) if found.store.ok => tally.failures.push(format!("verify misses {injury:?}")),
+            Ok(Ok(_)) => tally.not_good += 1,
+            Ok(Err(error)) if error.is_unusable_input() => tally.no_store += 1,
+            Ok(Err(_)) => tally.not_good += 1,
+        }
+    }
+
+    /// Onboard, without `verify`, no answer is wrong.
+    fn fly(&self, path: &Path, injury: &Injury, tally: &mut Tally) {
+        let flown = catch_unwind(AssertUnwindSafe(|| match open_onboard(path, None, &[], a_day()) {
+            Err(_) => Ok(None),
+            Ok(onboard) => self.ask(&onboard.store).map(|()| Some(onboard.store.damage().tiles)),
+        }));
+        match flown {
+            Err(_) => tally.failures.push(format!("onboard panics on {injury:?}")),
+            Ok(Err(wrong)) => tally.failures.push(format!("{wrong} after {injury:?}")),
+            Ok(Ok(None)) => tally.refused_onboard += 1,
+            Ok(Ok(Some(damaged))) => tally.degraded += u64::from(damaged > 0),
+        }
+    }
+
+    /// Every question that a service asks of a store: the right answer or none.
+    fn ask(&self, store: &Reader) -> Result<(), String> {
+        if store.layers() != self.layers {
+            return Err("other layers".into());
+        }
+        for ((name, zoom), expected) in &self.footprints {
+            let layer = store.layer(name).map_err(|e| e.to_string())?;
+            if store.footprints(layer, *zoom).is_ok_and(|found| found != *expected) {
+                return Err(format!("other footprints of zoom {zoom}"));
+            }
+            let everywhere = layer_bounds(expected);
+            if store.footprints_in(layer, *zoom, &everywhere).is_ok_and(|found| found != *expected) {
+                return Err(format!("the R-tree gives other footprints of zoom {zoom}"));
+            }
+            if let Ok(found) = store.cells(layer, *zoom, 1) {
+                same_cells(&found, &self.cells[&(name.clone(), *zoom)])?;
+            }
+        }
+        for (layer, expected) in &self.tiles {
+            match store.stored_tile(layer, expected.footprint.tile) {
+                Ok(Some(found)) if found == *expected => {}
+                Err(_) => {}
+                Ok(_) => return Err(format!("another tile {}", expected.footprint.tile)),
+            }
+        }
+        Ok(())
+    }
+}
+
+fn layer_bounds(footprints: &[Footprint]) -> overfly_core::tile::MercatorBounds {
+    let all = footprints.iter().map(|f| f.tile.mercator_bounds());
+    all.reduce(|a, b| overfly_core::tile::MercatorBounds {
+        min_x_m: a.min_x_m.min(b.min_x_m),
+        min_y_m: a.min_y_m.min(b.min_y_m),
+        max_x_m: a.max_x_m.max(b.max_x_m),
+        max_y_m: a.max_y_m.max(b.max_y_m),
+    })
+    .unwrap()
+}
+
+/// Each block found holds what it should; fewer may be found.
+fn same_cells(found: &CellMap, expected: &CellMap) -> Result<(), String> {
+    let cut = |map: &CellMap, [column, row]: [i64; 2]| {
+        let mut window = CellWindow::new(CELLS, CELLS);
+        map.cut(column * CELLS as i64, row * CELLS as i64, &mut window);
+        (window.cells, window.energies)
+    };
+    for &block in found.blocks() {
+        if !expected.blocks().contains(&block) || cut(found, block) != cut(expected, block) {
+            return Err(format!("other cells of {block:?}"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,173 @@
+//! What happens to a card and its file while they are in use.
+
+use super::client::{Client, Serving};
+use super::question::{Kind, Questions, Verdict, weigh};
+use overfly_core::tile::TileId;
+use overfly_store::Reader;
+use std::collections::BTreeSet;
+use std::fs::{File, Permissions};
+use std::os::unix::fs::{FileExt, PermissionsExt};
+use std::path::Path;
+
+/// Turns one bit of a tile's imagery over, wherever in the file that stands. The file keeps its date: so rots a card.
+pub struct Rot {
+    sound: Vec<u8>,
+}
+
+impl Rot {
+    /// Of the store at `path` while it is sound.
+    pub fn of(path: &Path) -> Self {
+        Self { sound: std::fs::read(path).unwrap() }
+    }
+
+    /// Damages some base tiles of the sound store `from` in its copy `path`, none of `spared`; `seed` tells which.
+    pub fn damage(
+        &self,
+        from: &Path,
+        path: &Path,
+        count: usize,
+        seed: usize,
+        spared: &dyn Fn(TileId) -> bool,
+    ) -> BTreeSet<TileId> {
+        let reader = Reader::open(from).unwrap();
+        let layer = &reader.layers()[0];
+        let base = reader.footprints(layer, layer.base_zoom).unwrap();
+        let candidates: Vec<TileId> = base.iter().map(|f| f.tile).filter(|t| !spared(*t)).collect();
+        let mut damaged = BTreeSet::new();
+        for k in 0..count.min(candidates.len()) {
+            let tile = candidates[(seed + k * 7) % candidates.len()];
+            let image = reader.encoded_tile(layer, tile).unwrap().unwrap().bytes;
+            let needle = &image[image.len() / 2..image.len() / 2 + 40];
+            // The same picture may stand under several names; all of them are damaged then, or this place is another's.
+            let places: Vec<usize> = find_all(&self.sound, needle);
+            let file = File::options().write(true).read(true).open(path).unwrap();
+            let date = file.metadata().unwrap().modified().unwrap();
+            for at in places {
+                file.write_all_at(&[self.sound[at] ^ 8], at as u64).unwrap();
+            }
+            file.set_modified(date).unwrap();
+            damaged.extend(
+                base.iter()
+                    .map(|f| f.tile)
+                    .filter(|t| *t == tile || reader.encoded_tile(layer, *t).unwrap().unwrap().bytes == image),
+            );
+        }
+        damaged
+    }
+}
+
+fn find_all(bytes: &[u8], needle: &[u8]) -> Vec<usize> {
+    let first = needle[0];
+    (0..bytes.len() - needle.len())
+        .filter(|&at| bytes[at] == first && &bytes[at..at + needle.len()] == needle)
+        .collect()
+}
+
+/// What is done to the file under a running service.
+#[derive(Debug, Clone, Copy)]
+pub enum Fault {
+    Removed,
+    Replaced,
+    Truncated,
+    Unreadable,
+}
+
+pub const FAULTS: [Fault; 4] = [Fault::Removed, Fault::Replaced, Fault::Truncated, Fault::Unreadable];
+
+/// Whether permissions bind whoever runs this.
+pub fn permissions_bind(path: &Path) -> bool {
+    File::open(path).is_err()
+}
+
+/// Does a fault to the store at `path`, asks, heals it and starts the service again. What went wrong, nothing otherwise. Returns
+/// how many questions were asked.
+pub fn endure(
+    fault: Fault,
+    sound: &Path,
+    path: &Path,
+    questions: &Questions,
+    start: &dyn Fn() -> Result<Serving, String>,
+) -> (u64, Vec<String>) {
+    let mut wrong = Vec::new();
+    let mut serving = match start() {
+        Ok(serving) => serving,
+        Err(why) => return (0, vec![format!("{fault:?}: it does not start: {why}")]),
+    };
+    let mut client = serving.client();
+    let mut asked = inquire(&mut client, questions, &format!("before {fault:?}"), false, &mut wrong);
+    let is_ready = injure(fault, sound, path);
+    asked += inquire(&mut client, questions, &format!("{fault:?}"), true, &mut wrong);
+    let readiness = client.get("/readyz");
+    match &readiness {
+        Ok(reply) if (reply.status == 200) == is_ready && (reply.status == 200 || !reply.code().is_empty()) => {}
+        Ok(reply) => wrong.push(format!("{fault:?}: /readyz says {}", reply.status)),
+        Err(error) => wrong.push(format!("{fault:?}: /readyz: {error}")),
+    }
+    match client.get("/healthz") {
+        Ok(reply) if reply.status == 200 => {}
+        _ => wrong.push(format!("{fault:?}: /healthz does not answer")),
+    }
+    if !serving.lives() {
+        wrong.push(format!("{fault:?}: the service ended"));
+    }
+    drop(serving);
+    heal(sound, path);
+    match start() {
+        Ok(serving) => {
+            asked += inquire(&mut serving.client(), questions, &format!("after {fault:?}"), false, &mut wrong)
+        }
+        Err(why) => wrong.push(format!("after {fault:?}: it does not start: {why}")),
+    }
+    (asked + 2, wrong)
+}
+
+/// Does it; whether the service should still be ready.
+fn injure(fault: Fault, sound: &Path, path: &Path) -> bool {
+    match fault {
+        Fault::Removed => std::fs::remove_file(path).unwrap(),
+        Fault::Replaced => {
+            let other = path.with_extension("other");
+            std::fs::copy(sound, &other).unwrap();
+            std::fs::rename(other, path).unwrap();
+        }
+        Fault::Truncated => {
+            let file = File::options().write(true).open(path).unwrap();
+            file.set_len(file.metadata().unwrap().len() / 2).unwrap();
+        }
+        Fault::Unreadable => {
+            std::fs::set_permissions(path, Permissions::from_mode(0o000)).unwrap();
+            // Root reads what nobody may.
+            return !permissions_bind(path);
+        }
+    }
+    false
+}
+
+fn heal(sound: &Path, path: &Path) {
+    // The place may be empty.
+    let _ = std::fs::remove_file(path);
+    std::fs::copy(sound, path).unwrap();
+}
+
+/// Some questions of each kind. While `injured` a refusal (5xx) is as right as a right answer, anything else is wrong.
+fn inquire(client: &mut Client, questions: &Questions, when: &str, injured: bool, wrong: &mut Vec<String>) -> u64 {
+    let mut asked = 0;
+    for (kind, count) in
+        [(Kind::Tile, 12), (Kind::Candidates, 12), (Kind::Descriptors, 4), (Kind::Fix, 2), (Kind::Malformed, 4)]
+    {
+        for index in 0..count {
+            let question = questions.of_kind(kind, index * 5);
+            asked += 1;
+            match client.send(&question.request) {
+                Err(error) => wrong.push(format!("{when}: {kind:?}: {error}")),
+                Ok(reply) => match weigh(question, &reply) {
+                    Verdict::Wrong(why) if !(injured && reply.status >= 500 && !reply.code().is_empty()) => {
+                        wrong.push(format!("{when}: {why}"));
+                    }
+                    _ => {}
+                },
+            }
+        }
+    }
+    asked
+}

@@ -1,0 +1,98 @@
+//! A soak: the service onboard under many mixed requests with faults, its answers held against what is right, its memory watched.
+//! Used by the tests in short form and by the example `soak` in long form.
+
+pub mod client;
+pub mod fault;
+pub mod question;
+pub mod run;
+
+use client::Serving;
+use fault::Rot;
+use overfly_core::tile::TileId;
+use question::Questions;
+use run::Tally;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// The process at one moment.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading {
+    pub asked: u64,
+    /// Once all requests have their answers.
+    pub resident_kb: u64,
+    /// While they were asked since the last reading, the mean over time.
+    pub mean_resident_kb: u64,
+    pub most_resident_kb: u64,
+}
+
+/// What came of a soak.
+pub struct Soaked {
+    pub tally: Tally,
+    pub readings: Vec<Reading>,
+    pub lives: bool,
+}
+
+/// What is soaked.
+pub struct Plan<'a> {
+    pub requests: u64,
+    pub connections: u64,
+    pub seed: u64,
+    /// The store served and the sound one that it is a copy of, where tiles are to rot meanwhile.
+    pub rotting: Option<(&'a Path, &'a Path)>,
+    /// Whether the ground over which fixes are asked for stays sound, so that all are found.
+    pub spares_landscape: bool,
+}
+
+/// Asks; memory is read after 1, 10, 50 and 100 % of the requests, and before the last two some more tiles rot.
+pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> Soaked {
+    let rot = plan.rotting.map(|(_, sound)| Rot::of(sound));
+    let mut damaged: BTreeSet<TileId> = BTreeSet::new();
+    let (mut tally, mut readings) = (Tally::default(), Vec::new());
+    let mut from = 0;
+    for percent in [1, 10, 50, 100] {
+        let to = plan.requests * percent / 100;
+        if let (Some(rot), Some((path, sound))) = (&rot, plan.rotting) {
+            let count = if percent >= 50 { 3 } else { 1 };
+            damaged.extend(rot.damage(sound, path, count, percent as usize * 31, &|tile| {
+                plan.spares_landscape && is_landscape(tile)
+            }));
+        }
+        let (asking, watched_by) = (AtomicBool::new(true), &*serving);
+        let (asked, mean_resident_kb) = std::thread::scope(|scope| {
+            let watched = scope.spawn(|| mean_resident_kb(watched_by, &asking));
+            let asked = run::ask(watched_by, questions, &damaged, from..to, plan.connections, plan.seed);
+            asking.store(false, Ordering::Relaxed);
+            (asked, watched.join().unwrap())
+        });
+        tally = tally.with(asked);
+        // What clients left half done ends.
+        std::thread::sleep(Duration::from_secs(1));
+        readings.push(Reading {
+            asked: to,
+            resident_kb: serving.memory_kb("VmRSS"),
+            mean_resident_kb,
+            most_resident_kb: serving.memory_kb("VmHWM"),
+        });
+        from = to;
+    }
+    Soaked { tally, readings, lives: serving.lives() }
+}
+
+/// The mean of what is resident, read ten times a second for as long as is asked.
+fn mean_resident_kb(serving: &Serving, asking: &AtomicBool) -> u64 {
+    let (mut sum, mut count) = (0, 0);
+    while count == 0 || asking.load(Ordering::Relaxed) {
+        sum += serving.memory_kb("VmRSS");
+        count += 1;
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    sum / count
+}
+
+/// Whether a tile belongs to the ground over which fixes are asked for.
+fn is_landscape(tile: TileId) -> bool {
+    let c = tile.centre();
+    (48.47..48.51).contains(&c.latitude_deg()) && (15.58..15.65).contains(&c.longitude_deg())
+}

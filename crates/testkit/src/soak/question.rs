@@ -1,0 +1,376 @@
+//! Questions whose right answers are known beforehand, and what is to be made of an answer.
+
+use super::client::{Reply, get, post};
+use overfly_core::geodesy::{Geodetic, geodesic_between};
+use overfly_core::region::Region;
+use overfly_core::tile::TileId;
+use overfly_flight::locate::candidates::{CandidateParameters, rank};
+use overfly_store::{Footprint, Layer, Reader};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::Path;
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kind {
+    Tile,
+    Descriptors,
+    Candidates,
+    Catalogue,
+    Fix,
+    FixElsewhere,
+    FixWide,
+    Motion,
+    Malformed,
+}
+
+/// What a right answer is.
+#[derive(Debug, Clone)]
+pub enum Expected {
+    /// These bytes, by their BLAKE3.
+    Bytes(blake3::Hash),
+    /// Anything with status 200.
+    Good,
+    /// A refusal, 4xx.
+    Refusal,
+    /// A fix within this many metres of a place, or none.
+    FixNear(Geodetic, f64),
+    /// No fix.
+    NoFix,
+    /// Image b's centre on image a, pixels right and down, within one; or no motion.
+    Motion([f64; 2]),
+}
+
+pub struct Question {
+    pub kind: Kind,
+    /// The tile asked for, where it is one.
+    pub tile: Option<TileId>,
+    pub request: Vec<u8>,
+    pub expected: Expected,
+}
+
+/// What an answer is worth.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    Right,
+    /// A right answer that is a fix or a motion.
+    Found,
+    /// 503 with Retry-After.
+    Busy,
+    /// The store refuses to be asked for more than memory holds.
+    TooMuch,
+    Wrong(String),
+}
+
+/// Weighs an answer.
+pub fn weigh(question: &Question, reply: &Reply) -> Verdict {
+    let wrong = |why: String| {
+        let body = String::from_utf8_lossy(&reply.body[..reply.body.len().min(400)]).into_owned();
+        Verdict::Wrong(format!("{:?} {:?}: {why}: {} {body}", question.kind, question.tile, reply.status))
+    };
+    if reply.status == 503 && reply.retry_after && ["busy", "time_limit"].contains(&reply.code().as_str()) {
+        return Verdict::Busy;
+    }
+    let refused = ["too_many_tiles", "region_too_large", "search_too_wide", "memory_too_small"];
+    if (400..600).contains(&reply.status) && refused.contains(&reply.code().as_str()) {
+        return Verdict::TooMuch;
+    }
+    if let Expected::Refusal = question.expected {
+        return if (400..500).contains(&reply.status) { Verdict::Right } else { wrong("not refused".into()) };
+    }
+    if reply.status != 200 {
+        return wrong("not answered".into());
+    }
+    let json = || serde_json::from_slice::<serde_json::Value>(&reply.body).unwrap_or_default();
+    match &question.expected {
+        Expected::Bytes(hash) if blake3::hash(&reply.body) == *hash => Verdict::Right,
+        Expected::Bytes(_) => wrong("other bytes".into()),
+        Expected::Good => Verdict::Right,
+        Expected::Refusal => wrong("not refused".into()),
+        Expected::NoFix if json()["status"] == "no_fix" => Verdict::Right,
+        Expected::NoFix => wrong("not \"no fix\"".into()),
+        Expected::FixNear(truth, within_m) => {
+            let json = json();
+            let number = |name: &str| json[name].as_f64();
+            match (json["status"].as_str(), number("latitude_deg"), number("longitude_deg")) {
+                (Some("no_fix"), ..) => Verdict::Right,
+                (Some("fix"), Some(latitude), Some(longitude)) => {
+                    let at = Geodetic::from_degrees(latitude, longitude).expect("an answer's position");
+                    let off_m = geodesic_between(at, *truth).distance_m;
+                    if off_m <= *within_m { Verdict::Found } else { wrong(format!("{off_m:.1} m off")) }
+                }
+                _ => wrong("neither fix nor \"no fix\"".into()),
+            }
+        }
+        Expected::Motion([right, down]) => {
+            let json = json();
+            let at = |k: usize| json["displacement_px"][k].as_f64();
+            match (json["status"].as_str(), at(0), at(1)) {
+                (Some("motion"), Some(x), Some(y)) if (x - right).hypot(y - down) < 1.0 => Verdict::Found,
+                (Some("no_motion"), ..) => Verdict::Right,
+                _ => wrong(format!("not the motion ({right}, {down})")),
+            }
+        }
+    }
+}
+
+/// Everything that is asked, by kind.
+pub struct Questions(pub HashMap<Kind, Vec<Question>>);
+
+/// Where the ground of `tiles/` lies: nothing else in any store looks like it. West, south, east, north.
+const LANDSCAPE_DEG: [f64; 4] = [15.5951, 48.4803, 15.6335, 48.5020];
+
+/// How many of each kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Pool {
+    pub tiles: usize,
+    pub candidates: usize,
+    pub fixes: usize,
+}
+
+impl Questions {
+    /// Of a sound store: what is right is worked out from it, candidates by holding every footprint against the region.
+    pub fn of(db: &Path, pool: Pool, seed: u64) -> Self {
+        let reader = Reader::open(db).unwrap();
+        let layer = &reader.layers()[0];
+        let mut dice = StdRng::seed_from_u64(seed);
+        let base = reader.footprints(layer, layer.base_zoom).unwrap();
+        let mut all: HashMap<Kind, Vec<Question>> = HashMap::new();
+        all.insert(Kind::Tile, tiles(&reader, layer, &base, pool.tiles, &mut dice));
+        all.insert(Kind::Descriptors, descriptors(&reader, layer, &base, pool.tiles / 4, &mut dice));
+        all.insert(Kind::Candidates, candidates(layer, &base, pool.candidates, &mut dice));
+        let paths = [
+            "/v1/store",
+            "/v1/layers",
+            "/v1/coverage",
+            "/v1/tiles/ortho/tilejson.json",
+            "/healthz",
+            "/readyz",
+            "/metrics",
+        ];
+        let plain = |path: &&str| of(Kind::Catalogue, get(path), Expected::Good);
+        all.insert(Kind::Catalogue, paths.iter().map(plain).collect());
+        let [fixes, elsewhere, wide] = fixes(&reader, layer, &base, pool.fixes, &mut dice);
+        all.insert(Kind::Fix, fixes);
+        all.insert(Kind::FixElsewhere, elsewhere);
+        all.insert(Kind::FixWide, wide);
+        all.insert(Kind::Motion, motions(&reader, layer, &base, pool.fixes, &mut dice));
+        all.insert(Kind::Malformed, malformed());
+        Self(all)
+    }
+
+    pub fn of_kind(&self, kind: Kind, index: usize) -> &Question {
+        let of_kind = &self.0[&kind];
+        &of_kind[index % of_kind.len()]
+    }
+}
+
+fn of(kind: Kind, request: Vec<u8>, expected: Expected) -> Question {
+    Question { kind, tile: None, request, expected }
+}
+
+fn tiles(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+    let coarse = reader.footprints(layer, layer.min_zoom).unwrap();
+    (0..count)
+        .map(|i| {
+            let from = if i % 5 == 0 { &coarse } else { base };
+            let tile = from[dice.random_range(0..from.len())].tile;
+            let bytes = reader.encoded_tile(layer, tile).unwrap().unwrap().bytes;
+            let request = get(&format!("/v1/tiles/{}/{tile}", layer.name));
+            Question { kind: Kind::Tile, tile: Some(tile), request, expected: Expected::Bytes(blake3::hash(&bytes)) }
+        })
+        .collect()
+}
+
+fn descriptors(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+    (0..count.max(1))
+        .map(|_| {
+            let tile = base[dice.random_range(0..base.len())].tile;
+            let bytes = reader.descriptors(layer, tile).unwrap().unwrap();
+            let request = get(&format!("/v1/tiles/{}/{tile}/descriptors", layer.name));
+            let expected = Expected::Bytes(blake3::hash(&bytes));
+            Question { kind: Kind::Descriptors, tile: Some(tile), request, expected }
+        })
+        .collect()
+}
+
+/// Regions of every mode and many sizes.
+fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+    (0..count)
+        .map(|i| {
+            let place = base[dice.random_range(0..base.len())].tile.centre();
+            // Mostly what a flight asks, sometimes much more.
+            let size_m = 10f64.powf(dice.random_range(1.3..if i % 10 == 0 { 4.5 } else { 3.2 }));
+            let known = CandidateParameters {
+                latitude_deg: Some(place.latitude_deg()),
+                longitude_deg: Some(place.longitude_deg()),
+                heading_deg: Some(dice.random_range(0.0..359.0)),
+                across_m: Some(400.0),
+                along_m: Some(300.0),
+                ..CandidateParameters::default()
+            };
+            let parameters = match i % 4 {
+                0 => CandidateParameters { inaccuracy_m: Some(20.0), drift_m: Some(size_m), ..known },
+                1 => CandidateParameters {
+                    sigma_east_m: Some(size_m / 3.0),
+                    sigma_north_m: Some(size_m / 4.0),
+                    correlation: Some(0.4),
+                    ..known
+                },
+                2 => CandidateParameters {
+                    mode: Some("parallel".into()),
+                    inaccuracy_m: Some(20.0),
+                    unit_drift_m: Some(size_m / 20.0),
+                    execution_s: Some(2.0),
+                    relative_s: Some(0.1),
+                    ..known
+                },
+                _ => CandidateParameters {
+                    mode: Some("combined".into()),
+                    inaccuracy_m: Some(20.0),
+                    speed_mps: Some(size_m.min(3000.0) / 4.0),
+                    execution_s: Some(4.0),
+                    min_turn_radius_m: Some(300.0),
+                    ..known
+                },
+            };
+            let text = query(&parameters);
+            let asked = parameters.query().unwrap();
+            let expected = match Region::new(asked.centre, asked.image, asked.uncertainty) {
+                Ok(region) => {
+                    let answer = rank(&layer.name, base.iter(), &region, None);
+                    Expected::Bytes(blake3::hash(&serde_json::to_vec(&answer).unwrap()))
+                }
+                Err(_) => Expected::Refusal,
+            };
+            of(Kind::Candidates, get(&format!("/v1/candidates?{text}")), expected)
+        })
+        .collect()
+}
+
+fn query(p: &CandidateParameters) -> String {
+    let mut pairs: Vec<String> = [
+        ("latitude_deg", p.latitude_deg),
+        ("longitude_deg", p.longitude_deg),
+        ("heading_deg", p.heading_deg),
+        ("across_m", p.across_m),
+        ("along_m", p.along_m),
+        ("inaccuracy_m", p.inaccuracy_m),
+        ("drift_m", p.drift_m),
+        ("sigma_east_m", p.sigma_east_m),
+        ("sigma_north_m", p.sigma_north_m),
+        ("correlation", p.correlation),
+        ("unit_drift_m", p.unit_drift_m),
+        ("execution_s", p.execution_s),
+        ("relative_s", p.relative_s),
+        ("speed_mps", p.speed_mps),
+        ("min_turn_radius_m", p.min_turn_radius_m),
+    ]
+    .into_iter()
+    .filter_map(|(name, value)| value.map(|v| format!("{name}={v}")))
+    .collect();
+    pairs.extend(p.mode.as_ref().map(|m| format!("mode={m}")));
+    pairs.join("&")
+}
+
+/// A tile's middle as an aircraft straight above it sees it.
+fn frame(tile: &image::DynamicImage, corner: [u32; 2]) -> Vec<u8> {
+    let mut png = Cursor::new(Vec::new());
+    tile.crop_imm(corner[0], corner[1], 320, 240).to_rgb8().write_to(&mut png, image::ImageFormat::Png).unwrap();
+    png.into_inner()
+}
+
+/// Whole base tiles of the known landscape.
+fn landscape(reader: &Reader, layer: &Layer, base: &[Footprint]) -> Vec<(TileId, image::DynamicImage)> {
+    let [west, south, east, north] = LANDSCAPE_DEG;
+    let inside = |f: &&Footprint| {
+        let b = f.tile.bounds();
+        b.west >= west && b.east <= east && b.south >= south && b.north <= north && f.valid_fraction == 1.0
+    };
+    let image = |f: &Footprint| {
+        let bytes = reader.encoded_tile(layer, f.tile).unwrap().unwrap().bytes;
+        (f.tile, image::load_from_memory(&bytes).unwrap())
+    };
+    base.iter().filter(inside).map(image).collect()
+}
+
+/// Frames over their ground, frames searched for elsewhere or of nothing, frames with hardly any prior.
+fn fixes(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> [Vec<Question>; 3] {
+    let known = landscape(reader, layer, base);
+    assert!(!known.is_empty(), "the store shows nothing of the drawn landscape");
+    let (mut fixes, mut elsewhere, mut wide) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..count {
+        let (tile, image) = &known[dice.random_range(0..known.len())];
+        let (truth, gsd) = (tile.centre(), tile.gsd().mean_m_per_px());
+        let [north, east] = [dice.random_range(-6e-4..6e-4), dice.random_range(-8e-4..8e-4)];
+        let sound = frame(image, [96, 136]);
+        let near = serde_json::json!({
+            "latitude_deg": truth.latitude_deg() + north, "longitude_deg": truth.longitude_deg() + east,
+            "sigma_m": 60.0, "heading_deg": 1.5, "gsd_m_per_px": gsd, "time_s": 12.5,
+        });
+        let ask = |image: &[u8], request: &serde_json::Value| {
+            post("/v1/fixes", &[("image", image), ("request", request.to_string().as_bytes())])
+        };
+        fixes.push(of(Kind::Fix, ask(&sound, &near), Expected::FixNear(truth, 5.0)));
+        let mirrored = image.fliph();
+        elsewhere.push(of(Kind::FixElsewhere, ask(&frame(&mirrored, [96, 136]), &near), Expected::NoFix));
+        let far = base[dice.random_range(0..base.len())].tile;
+        let mut lost = near.clone();
+        lost["latitude_deg"] = far.centre().latitude_deg().into();
+        lost["longitude_deg"] = far.centre().longitude_deg().into();
+        elsewhere.push(of(Kind::FixElsewhere, ask(&sound, &lost), Expected::FixNear(truth, 5.0)));
+        let turned = serde_json::json!({"gsd_m_per_px": gsd, "height_sigma_ratio": 0.02});
+        wide.push(of(Kind::FixWide, ask(&sound, &turned), Expected::FixNear(truth, 5.0)));
+        let mut vague = near.clone();
+        vague.as_object_mut().unwrap().remove("heading_deg");
+        vague["sigma_m"] = 900.0.into();
+        wide.push(of(Kind::FixWide, ask(&sound, &vague), Expected::FixNear(truth, 5.0)));
+    }
+    [fixes, elsewhere, wide]
+}
+
+fn motions(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+    let known = landscape(reader, layer, base);
+    (0..count)
+        .map(|_| {
+            let image = &known[dice.random_range(0..known.len())].1;
+            let shift = [dice.random_range(0..80u32), dice.random_range(0..60u32)];
+            let (a, b) = (frame(image, [80, 100]), frame(image, [80 + shift[0], 100 + shift[1]]));
+            let request = post("/v1/motions", &[("image_a", &a), ("image_b", &b)]);
+            of(Kind::Motion, request, Expected::Motion(shift.map(f64::from)))
+        })
+        .collect()
+}
+
+/// What nobody should send.
+fn malformed() -> Vec<Question> {
+    let raw = |text: &str| text.as_bytes().to_vec();
+    let mut requests = vec![
+        raw("GET /v1/candidates?latitude_deg=NaN HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("GET /v1/candidates HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("GET /v1/tiles/ortho/99/1/1 HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("GET /v1/tiles/none/3/1/1 HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("GET /v1/tiles/%ff/3/1/1 HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("DELETE /v1/store HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("GET /nothing HTTP/1.1\r\nhost: o\r\n\r\n"),
+        raw("POST /v1/fixes HTTP/1.1\r\nhost: o\r\ncontent-type: text/plain\r\ncontent-length: 3\r\n\r\nabc"),
+        raw(
+            "POST /v1/fixes HTTP/1.1\r\nhost: o\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: 9\r\n\r\n--b\r\nxxxx",
+        ),
+        raw("nonsense\r\n\r\n"),
+        raw("GET / HTTP/9.9\r\n\r\n"),
+        get(&format!("/v1/candidates?{}=1", "x".repeat(5_000))),
+    ];
+    let json: &[u8] = br#"{"gsd_m_per_px": 1.0}"#;
+    for image in
+        [&b""[..], b"no image", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x02\0\0\0\0\0\0\0"]
+    {
+        requests.push(post("/v1/fixes", &[("image", image), ("request", json)]));
+        requests.push(post("/v1/motions", &[("image_a", image), ("image_b", image)]));
+    }
+    let deep = "[".repeat(10_000);
+    requests.push(post("/v1/fixes", &[("image", b"x"), ("request", deep.as_bytes())]));
+    requests.into_iter().map(|request| of(Kind::Malformed, request, Expected::Refusal)).collect()
+}
