@@ -81,7 +81,7 @@ fn landscape(path: &Path) -> anyhow::Result<Reader> {
     let request = build::Request {
         db: path.into(),
         layer: LAYER.into(),
-        sources: vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("tiles/epoch_1")],
+        sources: vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tiles/epoch_1")],
         threads: 2,
         ..build::Request::default()
     };

@@ -45,7 +45,7 @@ fn noise(x: u32, y: u32, grid: u32, seed: u32) -> f32 {
 
 /// A path of the repository.
 pub fn project(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
 }
 
 /// A store of one source, its layer `ortho`.
