@@ -10,7 +10,9 @@ use overfly_core::tile::TileId;
 use overfly_flight::frame::{FrameBounds, decode_frame_within};
 use overfly_ingest::plan::parse_routes;
 use overfly_ingest::raster::{OpenOptions, Orthophoto};
-use overfly_store::package::{Date, Manifest, PatchHeader, PublicKey, Records, SEAL_LEN, Seal, SecretKey, StalePolicy};
+use overfly_store::package::{
+    Manifest, PatchHeader, PublicKey, Records, SEAL_LEN, Seal, SecretKey, StalePolicy, acquisition_day, parse_date,
+};
 use overfly_store::{Reader, decode};
 use std::path::{Path, PathBuf};
 use tower::ServiceExt as _;
@@ -103,7 +105,7 @@ pub fn package(data: &[u8]) {
         assert_eq!(manifest.to_text(), text);
     }
     let _ = (PublicKey::from_pem(text), SecretKey::from_pem(text), PublicKey::from_hex(text));
-    let _ = (text.parse::<StalePolicy>(), text.parse::<Date>(), Date::of_acquired(text));
+    let _ = (text.parse::<StalePolicy>(), parse_date(text), acquisition_day(text));
 }
 
 /// A patch: its header and records; or, where it does not begin as one, records alone.
@@ -116,11 +118,11 @@ pub fn patch(data: &[u8]) {
     } else {
         rest = data;
     }
-    let mut records = Records::of(rest);
+    let mut records = Records::new(rest);
     while let Ok(Some(record)) = records.tile() {
         let mut bytes = Vec::new();
         record.write(&mut bytes).expect("writing to memory");
-        let again = Records::of(&bytes[..]).tile().expect("what was written").expect("a record");
+        let again = Records::new(&bytes[..]).tile().expect("what was written").expect("a record");
         assert_eq!(again.tile(), record.tile());
     }
     while let Ok(Some(_)) = records.inputs() {}

@@ -7,7 +7,7 @@ use overfly_core::tile::gsd_at;
 use overfly_ingest::export::{Coverage, Drift, ExportRequest, Exported, Part, Preview, export, preview};
 use overfly_ingest::plan::{read_aircraft, read_calibration, read_routes};
 use overfly_store::Reader;
-use overfly_store::package::{Date, SecretKey};
+use overfly_store::package::{Date, SecretKey, parse_date};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -58,7 +58,7 @@ pub struct Args {
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
     jpeg_quality: Option<u8>,
     /// The last day on which it may be flown (UTC).
-    #[arg(long, value_name = "DATE")]
+    #[arg(long, value_name = "DATE", value_parser = parse_date)]
     valid_until: Option<Date>,
     /// Sign it with this key (see `overfly keygen`).
     #[arg(long, value_name = "KEY")]

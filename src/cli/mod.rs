@@ -25,6 +25,7 @@ mod negatives;
 mod number;
 mod plan;
 mod relative;
+mod remedy;
 mod serve;
 mod simulate;
 mod verify;

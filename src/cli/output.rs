@@ -1,6 +1,7 @@
 //! Where a command prints: results on standard output, progress and errors on standard error.
 
 use super::Failure;
+use super::remedy::remedy;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
@@ -45,7 +46,10 @@ impl Output {
 
     /// Prints a failure: on standard error for people, and as a JSON line on standard output where JSON is wanted.
     pub fn failure(&self, failure: &Failure) {
-        let message = message(&failure.error);
+        let mut message = message(&failure.error);
+        if let Some(remedy) = remedy(&failure.error) {
+            message = format!("{message}; {remedy}");
+        }
         self.note(&format!("error[{}]: {message}", failure.code));
         if self.json {
             let line = serde_json::json!({"error": failure.code, "message": message});

@@ -65,7 +65,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today())?;
         let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
         warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
-        (Service::Onboard, opened.store.keeping(limits.keep)?, warnings)
+        (Service::Onboard, opened.store.with_cache_limits(limits.keep)?, warnings)
     } else {
         (Service::Preflight, Reader::open(&args.db)?, Vec::new())
     };

@@ -1,7 +1,8 @@
 //! `overfly verify`: every hash, the digests, the signature, the SQLite and GeoPackage rules.
 
+use super::remedy::spell;
 use super::{Exit, Failure, Output};
-use overfly_store::package::{Date, PackageVerification, PublicKey, Verify, verify_package};
+use overfly_store::package::{Date, PackageVerification, PublicKey, VerifyOptions, utc_day, verify_package};
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -35,15 +36,15 @@ pub struct Args {
 pub fn today() -> Date {
     // A clock before 1970 is as wrong as one in 1970.
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Date::of_unix_s(i64::try_from(since.as_secs()).unwrap_or(i64::MAX))
+    utc_day(i64::try_from(since.as_secs()).unwrap_or(i64::MAX))
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let key = args.key.as_deref().map(PublicKey::read).transpose()?;
-    let how = Verify { key: key.as_ref(), today: today(), every_tile: args.every_tile };
+    let options = VerifyOptions { key: key.as_ref(), today: today(), every_tile: args.every_tile };
     let start = Instant::now();
-    let outcome = output.during("", |tell| verify_package(&args.file, &how, tell));
+    let outcome = output.during("", |tell| verify_package(&args.file, &options, tell));
     let elapsed_s = start.elapsed().as_secs_f64();
     let found = outcome.map_err(|e| {
         let exit = if e.is_unusable_input() { Exit::Unusable } else { Exit::NoFix };
@@ -66,7 +67,7 @@ fn describe(args: &Args, found: &PackageVerification) -> String {
         return format!("{file}: good: {} tiles, digest {}{exported}", store.tiles, store.digest);
     }
     let code = found.code.unwrap_or("damaged_store");
-    let remedy = if store.bad_tiles.is_empty() { "" } else { "; restore it from a copy or build it anew" };
+    let remedy = found.remedy.map(|remedy| format!("; {}", spell(remedy))).unwrap_or_default();
     let mut text = format!("{file}: NOT good [{code}]{remedy}");
     for problem in &store.problems {
         text.push_str(&format!("\n  {problem}"));

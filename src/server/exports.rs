@@ -16,7 +16,7 @@ use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use overfly_ingest::export::ExportRequest;
 use overfly_ingest::plan::parse_routes;
-use overfly_store::package::Date;
+use overfly_store::package::parse_date;
 use serde::{Deserialize, Serialize};
 use std::path::Path as FilePath;
 use tower_http::services::ServeFile;
@@ -57,7 +57,7 @@ impl ExportParameters {
         if self.jpeg_quality.is_some_and(|q| !(1..=100).contains(&q)) {
             return Err(wrong("jpeg_quality", "expected 1 to 100".into()));
         }
-        let valid_until = self.valid_until.as_deref().map(str::parse::<Date>).transpose();
+        let valid_until = self.valid_until.as_deref().map(parse_date).transpose();
         Ok(ExportRequest {
             layers: self.layers.clone(),
             max_bytes: self.max_bytes,

@@ -7,7 +7,7 @@ use super::work::Work;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{FrameBounds, decode_frame_within};
 use overfly_flight::locate::candidates::{MAX_TILES, Residents};
-use overfly_store::{Keep, Reader};
+use overfly_store::{CacheLimits, Reader};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -49,7 +49,7 @@ pub struct Limits {
     /// Most tiles of one answer.
     pub tiles: u64,
     /// What the store's reader holds.
-    pub keep: Keep,
+    pub keep: CacheLimits,
 }
 
 /// Bytes that a pixel of a frame takes while it is decoded.
@@ -78,7 +78,7 @@ impl Limits {
             questions: usual.questions.min(connections - 2),
             index_bytes: percent(10),
             tiles: MAX_TILES.min(work / 3 / TILE_BYTES),
-            keep: Keep {
+            keep: CacheLimits {
                 ground_bytes: usual.keep.ground_bytes.min(percent(20)),
                 cells_bytes: usual.keep.cells_bytes.min(percent(15)),
                 connections,
@@ -111,7 +111,7 @@ impl Default for Limits {
             threads: cores,
             index_bytes: 256 << 20,
             tiles: MAX_TILES,
-            keep: Keep::default(),
+            keep: CacheLimits::default(),
         }
     }
 }

@@ -4,7 +4,7 @@
 use crate::export::{drawn_request, export_to, request, route};
 use overfly_ingest::build::{self, Request};
 use overfly_store::Reader;
-use overfly_store::package::{Verify, verify_package};
+use overfly_store::package::{VerifyOptions, verify_package};
 use overfly_testkit::drawn::{CRS, drawn_store, orthophoto, project};
 use overfly_testkit::faults::bench::{Bench, End};
 use overfly_testkit::faults::operation::operations;
@@ -108,14 +108,14 @@ fn a_store_cut_off_at_any_page_is_refused() {
     let tile = overfly_core::tile::TileId::new(3, 1, 1).unwrap();
     super::store::store_of(&built, "ortho", &[tile], 5);
     for store in [exported, built] {
-        let how = Verify { key: None, today: a_day(), every_tile: false };
-        assert!(verify_package(&store, &how, &|_, _| ()).unwrap().store.ok);
+        let options = VerifyOptions { key: None, today: a_day(), every_tile: false };
+        assert!(verify_package(&store, &options, &|_, _| ()).unwrap().store.ok);
         let bytes = std::fs::read(&store).unwrap();
         let page = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
         assert!(bytes.len() / page > 20, "{} pages", bytes.len() / page);
         for pages in 0..bytes.len() / page {
             std::fs::write(&store, &bytes[..pages * page]).unwrap();
-            let found = verify_package(&store, &how, &|_, _| ());
+            let found = verify_package(&store, &options, &|_, _| ());
             assert!(!found.is_ok_and(|f| f.store.ok), "{} cut off behind page {pages}", store.display());
         }
     }

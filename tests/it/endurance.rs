@@ -4,7 +4,7 @@ use super::export::{export_to, request, route};
 use overfly_core::camera::View;
 use overfly_flight::frame::decode_frame;
 use overfly_flight::locate::{FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
-use overfly_store::{Keep, Reader};
+use overfly_store::{CacheLimits, Reader};
 use overfly_testkit::drawn::drawn_store;
 use overfly_testkit::soak::client::{Serving, get};
 use overfly_testkit::soak::fault::{FAULTS, endure};
@@ -143,11 +143,12 @@ fn what_may_be_held_changes_no_fix() {
     };
     let sound = [answer(store, &known).unwrap(), answer(store, &lost).unwrap()];
     assert_eq!([&sound[0]["status"], &sound[1]["status"]], ["fix", "fix"]);
-    let keep = Keep { ground_bytes: 0, cells_bytes: 1_000_000, connections: 1, pages_bytes: 65_536 };
-    let little = Reader::open(store.path()).unwrap().keeping(keep).unwrap();
+    let keep = CacheLimits { ground_bytes: 0, cells_bytes: 1_000_000, connections: 1, pages_bytes: 65_536 };
+    let little = Reader::open(store.path()).unwrap().with_cache_limits(keep).unwrap();
     assert_eq!([answer(&little, &known).unwrap(), answer(&little, &lost).unwrap()], sound);
     // Room for the cells of 20 tiles of 42: those around a place can be searched, those of the layer cannot.
-    let less = Reader::open(store.path()).unwrap().keeping(Keep { cells_bytes: 190_000, ..keep }).unwrap();
+    let less =
+        Reader::open(store.path()).unwrap().with_cache_limits(CacheLimits { cells_bytes: 190_000, ..keep }).unwrap();
     assert_eq!(answer(&less, &known).unwrap(), sound[0]);
     assert!(matches!(answer(&less, &lost), Err(LocateError::NoRoom { .. })));
     let position = PositionPrior::Square { centre: tile.centre(), half_width_m: 300.0 };

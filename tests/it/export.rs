@@ -12,7 +12,7 @@ use overfly_ingest::export::{ExportRequest, Exported, export};
 use overfly_ingest::plan::parse_routes;
 use overfly_lab::trial::{Flight, Frame};
 use overfly_store::Reader;
-use overfly_store::package::{Verify, verify_package};
+use overfly_store::package::{VerifyOptions, verify_package};
 use overfly_testkit::drawn::{drawn_store, project};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -112,8 +112,8 @@ fn takes_every_tile_that_brute_force_says_and_none_far_off() {
                 assert_eq!(there.is_some(), here.is_some(), "{beside}, beside {tile}");
             }
         }
-        let how = Verify { key: None, today: overfly_testkit::injury::a_day(), every_tile: true };
-        let verified = verify_package(&out, &how, &|_, _| ()).unwrap();
+        let options = VerifyOptions { key: None, today: overfly_testkit::injury::a_day(), every_tile: true };
+        let verified = verify_package(&out, &options, &|_, _| ()).unwrap();
         assert!(verified.store.ok && verified.sealed && verified.tile_by_tile, "{verified:?}");
     }
     assert!(left_out > 10, "{left_out} tiles left out");
@@ -330,8 +330,8 @@ fn drops_in_the_stated_order_and_refuses_what_cannot_be_made_so_small() {
     let imagery = |e: &Exported| e.parts.iter().map(|p| p.bytes.imagery).sum::<u64>();
     assert!(imagery(&rough) < imagery(&whole) && rough.dropped[0].what.contains("JPEG 40"), "{rough:?}");
     assert!(Reader::open(&out).unwrap().manifest().unwrap().contains("JPEG 40 instead of 90, as asked"));
-    let how = Verify { key: None, today: overfly_testkit::injury::a_day(), every_tile: true };
-    assert!(verify_package(&out, &how, &|_, _| ()).unwrap().store.ok);
+    let options = VerifyOptions { key: None, today: overfly_testkit::injury::a_day(), every_tile: true };
+    assert!(verify_package(&out, &options, &|_, _| ()).unwrap().store.ok);
     let coarser = export_to(store, &with(smaller.bytes - 1), &out);
     assert!(coarser.dropped[1].what.starts_with("level 1") && coarser.dropped[1].effect.contains("pixels are"));
     let cut = Reader::open(&out).unwrap();

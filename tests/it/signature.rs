@@ -4,7 +4,7 @@ use crate::export::{drawn_request, export_to};
 use overfly_ingest::export::ExportRequest;
 use overfly_store::Reader;
 use overfly_store::package::{
-    PackageVerification, PublicKey, SEAL_LEN, SecretKey, Verify, open_onboard, verify_package,
+    PackageVerification, PublicKey, SEAL_LEN, SecretKey, VerifyOptions, open_onboard, verify_package,
 };
 use overfly_testkit::drawn::drawn_store;
 use overfly_testkit::injury::a_day;
@@ -42,7 +42,7 @@ fn overfly(args: &[&str], files: &[&Path]) -> Output {
 
 fn verified(path: &Path, key: Option<&Path>) -> PackageVerification {
     let key = key.map(|k| PublicKey::read(k).unwrap());
-    verify_package(path, &Verify { key: key.as_ref(), today: a_day(), every_tile: false }, &|_, _| ()).unwrap()
+    verify_package(path, &VerifyOptions { key: key.as_ref(), today: a_day(), every_tile: false }, &|_, _| ()).unwrap()
 }
 
 /// Exit code and code word of `serve --onboard`, which must not start.

@@ -4,7 +4,7 @@ use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::{MercatorBounds, TileId};
 use overfly_store::{
-    BuiltTile, Declaration, Draft, FORMAT_VERSION, Reader, Source, StoreError, TileContent, Writer, remove_layer,
+    BuiltTile, Declaration, FORMAT_VERSION, LayerState, Reader, Source, StoreError, TileContent, Writer, remove_layer,
     verify,
 };
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ fn a_layer_answers_with_its_old_content_until_its_new_build_ends() {
     let reader = Reader::open(&path).unwrap();
     assert_eq!(reader.digest(), before);
     assert_eq!(reader.sources(reader.layer("ortho").unwrap()).unwrap(), [source(1)]);
-    let draft = Draft::read(&path, "ortho").unwrap();
+    let draft = LayerState::read(&path, "ortho").unwrap();
     assert!(
         draft.pending && draft.complete && draft.inputs[&tiles[0]] == [2; 32] && draft.inputs[&tiles[1]] == [1; 32]
     );

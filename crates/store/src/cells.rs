@@ -1,11 +1,13 @@
-//! The cells of a level: read in one scan, and kept.
+//! The cells of a level: read in one scan, and cached.
 
 use super::footprint;
+use lru::LruCache;
 use overfly_core::feature::CellMap;
+use parking_lot::Mutex;
 use rusqlite::Connection;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
-/// What a tile's cells take while a level is read: as stored, and in the map.
+/// Memory that the cells of one tile need while a level is read: the blob, and the entry of the map.
 const TILE_BYTES: u64 = 9_300;
 
 /// Layer, zoom and pitch.
@@ -14,52 +16,54 @@ pub type Key = (String, u8, usize);
 /// Column and row of a tile, and its cells.
 pub type TileCells = ([u32; 2], Vec<u8>);
 
-/// Cells asked for before, the last used last.
+/// An LRU cache of cell maps, limited in bytes.
 #[derive(Debug)]
 pub struct CellCache {
-    most_bytes: u64,
-    kept: Mutex<Vec<(Key, Arc<CellMap>)>>,
+    limit_bytes: u64,
+    maps: Mutex<SizedMaps>,
+}
+
+/// The maps, and the sum of their sizes.
+#[derive(Debug)]
+struct SizedMaps {
+    maps: LruCache<Key, Arc<CellMap>>,
+    bytes: u64,
 }
 
 impl CellCache {
-    /// Holds at most so many bytes.
-    pub fn new(most_bytes: u64) -> Self {
-        Self { most_bytes, kept: Mutex::default() }
+    /// Makes an empty cache that holds at most `limit_bytes`.
+    pub fn new(limit_bytes: u64) -> Self {
+        Self { limit_bytes, maps: Mutex::new(SizedMaps { maps: LruCache::unbounded(), bytes: 0 }) }
     }
 
-    /// Whether the cells of so many tiles can be read within the bound.
+    /// Whether the cells of `tiles` tiles can be read within the limit.
     pub fn has_room_for(&self, tiles: usize) -> bool {
-        tiles as u64 * TILE_BYTES <= self.most_bytes
+        tiles as u64 * TILE_BYTES <= self.limit_bytes
     }
 
-    /// What is kept under a key.
+    /// Returns a cached map.
     pub fn get(&self, key: &Key) -> Option<Arc<CellMap>> {
-        let mut kept = self.lock();
-        let at = kept.iter().position(|(k, _)| k == key)?;
-        let entry = kept.remove(at);
-        let map = Arc::clone(&entry.1);
-        kept.push(entry);
-        Some(map)
+        self.maps.lock().maps.get(key).cloned()
     }
 
-    /// Keeps a map; drops the longest unused beyond the bound.
-    pub fn keep(&self, key: Key, map: CellMap) -> Arc<CellMap> {
+    /// Caches a map, and drops the least recently used ones beyond the limit: even this one, if it alone is too large.
+    pub fn insert(&self, key: Key, map: CellMap) -> Arc<CellMap> {
         let map = Arc::new(map);
-        let mut kept = self.lock();
-        kept.retain(|(k, _)| *k != key);
-        kept.push((key, Arc::clone(&map)));
-        while kept.iter().map(|(_, m)| m.bytes() as u64).sum::<u64>() > self.most_bytes && !kept.is_empty() {
-            kept.remove(0);
+        let mut cached = self.maps.lock();
+        cached.bytes += map.bytes() as u64;
+        if let Some(replaced) = cached.maps.put(key, Arc::clone(&map)) {
+            cached.bytes -= replaced.bytes() as u64;
+        }
+        while cached.bytes > self.limit_bytes
+            && let Some((_, dropped)) = cached.maps.pop_lru()
+        {
+            cached.bytes -= dropped.bytes() as u64;
         }
         map
     }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<(Key, Arc<CellMap>)>> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
-/// Column, row and cells of every tile of one level that has any, by row and column.
+/// Reads column, row and cells of each tile of a level that has cells, by row and column.
 pub fn load(connection: &Connection, layer: &str, zoom: u8) -> rusqlite::Result<Vec<TileCells>> {
     connection
         .prepare_cached(

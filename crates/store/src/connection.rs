@@ -1,34 +1,35 @@
-//! Opening the SQLite file: to read, to read immutable, to write.
+//! Opens the SQLite file: for reading, for immutable reading, for writing.
 
+use super::error::StoreError;
 use super::geometry::register_functions;
-use super::{StoreError, manifest, migration};
+use super::{manifest, migration};
 use rusqlite::{Connection, OpenFlags};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// "GPKG" in the header (OGC 12-128r18, requirement 2).
+/// `GPKG` in the header (OGC 12-128r18, requirement 2).
 pub const APPLICATION_ID: i32 = 0x4750_4B47;
 /// GeoPackage 1.3.
 pub const USER_VERSION: i32 = 10300;
-/// Tiles are tens of kilobytes: larger pages mean shorter overflow chains.
+/// Large pages keep the overflow chains short: a tile has tens of kilobytes.
 const PAGE_SIZE: u32 = 16384;
-/// How long to wait for another program's transaction.
-const BUSY: Duration = Duration::from_secs(20);
+/// How long to wait for a transaction of another program.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// How a store is opened for reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
-    /// With locks: another program may write to it meanwhile.
+    /// With locks: another program may write to the file.
     Shared,
-    /// Without locks or side files: nobody writes to it.
+    /// Without locks or side files: no program writes to the file.
     Immutable,
 }
 
-/// A connection that cannot write.
+/// Opens a connection that cannot write.
 ///
 /// # Errors
-/// Where the file is absent, no store, of another format, or (immutable) has an unfinished side file.
+/// Where the file does not exist, is not a store, has another format, or (immutable) has a non-empty side file.
 pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> {
     check_file(path)?;
     let connection = match access {
@@ -44,7 +45,7 @@ pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> 
     Ok(connection)
 }
 
-/// A connection to a file that exists already and is known to be a store: for a pool. It holds so many bytes of its pages.
+/// Opens one more connection to a file that is known to be a store. Its page cache holds `pages_bytes`.
 ///
 /// # Errors
 /// Where SQLite cannot open it.
@@ -57,52 +58,52 @@ pub fn reopen_read(path: &Path, access: Access, pages_bytes: u64) -> Result<Conn
     let connection = opened.map_err(|e| StoreError::unopened(path, e))?;
     let fail = |e| StoreError::sqlite(path, e);
     prepare_read(&connection).map_err(fail)?;
-    hold_pages(&connection, pages_bytes).map_err(fail)?;
+    limit_pages(&connection, pages_bytes).map_err(fail)?;
     Ok(connection)
 }
 
-/// Bounds the pages that a connection holds.
-pub fn hold_pages(connection: &Connection, bytes: u64) -> rusqlite::Result<()> {
-    // Negative: in KiB, whatever a page's size.
+/// Limits the page cache of a connection.
+pub fn limit_pages(connection: &Connection, bytes: u64) -> rusqlite::Result<()> {
+    // A negative value is in KiB, whatever the page size.
     connection.pragma_update(None, "cache_size", -i64::try_from(bytes / 1024).unwrap_or(i64::MAX))
 }
 
 fn prepare_read(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(BUSY)?;
+    connection.busy_timeout(BUSY_TIMEOUT)?;
     connection.set_prepared_statement_cache_capacity(64);
     connection.execute_batch("PRAGMA query_only = 1; PRAGMA trusted_schema = 0; PRAGMA cell_size_check = 1")
 }
 
-/// Opens read-only; where a killed build left a hot journal, lets SQLite roll it back first.
+/// Opens read-only. If a killed build left a hot journal, lets SQLite roll it back first.
 fn open_shared(path: &Path) -> Result<Connection, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    match open_and_look(path, flags) {
+    match open_and_probe(path, flags) {
         Err(StoreError::HotJournal { .. }) => {
-            open_and_look(path, OpenFlags::SQLITE_OPEN_READ_WRITE).map_err(|error| match error {
+            open_and_probe(path, OpenFlags::SQLITE_OPEN_READ_WRITE).map_err(|error| match error {
                 StoreError::DiskFull { .. } | StoreError::DiskError { .. } => error,
                 _ => StoreError::HotJournal { path: path.into() },
             })?;
-            open_and_look(path, flags)
+            open_and_probe(path, flags)
         }
         other => other,
     }
 }
 
-/// Opens, and reads the schema: where a hot journal stands beside the file, SQLite rolls it back now, if it may write.
-fn open_and_look(path: &Path, flags: OpenFlags) -> Result<Connection, StoreError> {
+/// Opens the file and reads its schema. SQLite rolls back a hot journal now, if it may write.
+fn open_and_probe(path: &Path, flags: OpenFlags) -> Result<Connection, StoreError> {
     let connection = Connection::open_with_flags(path, flags).map_err(|e| StoreError::unopened(path, e))?;
-    let look = || {
-        connection.busy_timeout(BUSY)?;
+    let probe = || {
+        connection.busy_timeout(BUSY_TIMEOUT)?;
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))
     };
-    look().map_err(|e| StoreError::sqlite(path, e))?;
+    probe().map_err(|e| StoreError::sqlite(path, e))?;
     Ok(connection)
 }
 
-/// A connection that writes to a store that exists, migrated to this program's format.
+/// Opens a connection that writes to an existing store. Migrates an older store to this program's format.
 ///
 /// # Errors
-/// As [`open_read`], and where the file may not be written.
+/// As [`open_read`], where the file cannot be written, and [`StoreError::Sealed`] for an exported store.
 pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     check_file(path)?;
     let fail = |e| StoreError::sqlite(path, e);
@@ -123,23 +124,23 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     Ok(connection)
 }
 
-/// Clears a journal that a killed build left beside a store that is whole: SQLite passes over one that holds nothing to
-/// roll back, and so would leave it there.
+/// Removes a journal that a killed build left beside an intact store. SQLite ignores a journal with nothing to roll back, and so
+/// would leave it there.
 ///
 /// # Errors
-/// Where the file may not be written.
-pub fn settle(path: &Path) -> Result<(), StoreError> {
+/// Where the file cannot be written.
+pub fn clear_journal(path: &Path) -> Result<(), StoreError> {
     if side_files(path).iter().all(|side| !side.exists()) {
         return Ok(());
     }
-    // Any transaction that writes takes the journal over and removes it.
+    // Any transaction that writes takes over the journal and removes it.
     open_write(path)?.pragma_update(None, "user_version", USER_VERSION).map_err(|e| StoreError::sqlite(path, e))
 }
 
-/// Makes an empty store at `path` and opens it for writing. It comes into being whole, by a rename.
+/// Creates an empty store at `path` with an atomic rename, and opens it for writing.
 ///
 /// # Errors
-/// Where the folder is absent or may not be written, or the disk is full.
+/// Where the folder does not exist or cannot be written, or the disk is full.
 pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     if folder.is_some_and(|f| !f.is_dir()) {
@@ -149,23 +150,24 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     name.push(".overfly-build");
     let draft = PathBuf::from(name);
     let outcome = create_draft(&draft, contract)
-        .map_err(|e| StoreError::of_own_file(path, e))
+        .map_err(|e| StoreError::own_file(path, e))
         .and_then(|()| std::fs::rename(&draft, path).map_err(|e| StoreError::io(path, e)));
     if outcome.is_err() {
-        // The draft is worthless; the first failure is the one to report.
+        // The draft is of no use; the first failure is the one to report.
         let _ = std::fs::remove_file(&draft);
     }
     outcome?;
     open_write(path)
 }
 
+/// Creates an empty store of this format at `draft`, which it replaces.
 pub(super) fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()> {
-    // A draft that a killed build left is worthless; where there is none, that is well too.
+    // A killed build may have left a draft. Its absence is no failure.
     let _ = std::fs::remove_file(draft);
     let connection = Connection::open(draft)?;
     connection.pragma_update(None, "page_size", PAGE_SIZE)?;
     prepare_write(&connection)?;
-    // No journal of the draft's own, which a kill could leave behind.
+    // Without a journal file, which a kill could leave behind.
     connection.query_row("PRAGMA journal_mode = MEMORY", [], |_| Ok(()))?;
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
     connection.pragma_update(None, "user_version", USER_VERSION)?;
@@ -177,23 +179,23 @@ pub(super) fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()>
 }
 
 fn prepare_write(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(BUSY)?;
+    connection.busy_timeout(BUSY_TIMEOUT)?;
     connection.set_prepared_statement_cache_capacity(64);
     register_functions(connection)?;
-    // Without cache spill the file is locked for others only while a transaction commits.
+    // Without cache spill the file is locked only while a transaction commits.
     connection.execute_batch(
         "PRAGMA journal_mode = DELETE; PRAGMA synchronous = NORMAL; PRAGMA cache_spill = 0; PRAGMA trusted_schema = 0;
          PRAGMA foreign_keys = 0; PRAGMA temp_store = MEMORY",
     )
 }
 
-/// Clear words for what is plainly no store. Opens no file of its own: closing one would drop the locks that SQLite's
-/// other connections in this process hold on it.
+/// Rejects what is plainly not a store. Opens no file: closing one would drop the locks that other SQLite connections of this
+/// process hold on it.
 fn check_file(path: &Path) -> Result<(), StoreError> {
     let not = |found: &str| StoreError::NotAStore { path: path.into(), found: found.into() };
     let metadata = std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?;
     if !metadata.is_file() {
-        return Err(not("no regular file"));
+        return Err(not("not a regular file"));
     }
     if metadata.len() == 0 {
         return Err(not("an empty file"));
@@ -201,7 +203,10 @@ fn check_file(path: &Path) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// The version of an opened file that is a GeoPackage of overfly's.
+/// Returns the format version of an opened file.
+///
+/// # Errors
+/// [`StoreError::NotAStore`].
 fn store_version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     let not = |found: &str| StoreError::NotAStore { path: path.into(), found: found.into() };
     let application: i32 =
@@ -210,11 +215,11 @@ fn store_version(connection: &Connection, path: &Path) -> Result<u32, StoreError
         Some(0) => Err(not("an empty database")),
         Some(version) if application == APPLICATION_ID => Ok(version),
         _ if application == APPLICATION_ID => Err(not("a GeoPackage of another program")),
-        _ => Err(not("an SQLite file, but no GeoPackage")),
+        _ => Err(not("an SQLite file, but not a GeoPackage")),
     }
 }
 
-/// The `-wal` and `-journal` names beside a store.
+/// Returns the names of the `-wal` and `-journal` files of a store.
 pub fn side_files(path: &Path) -> [PathBuf; 2] {
     ["-wal", "-journal"].map(|suffix| {
         let mut name = path.as_os_str().to_os_string();
@@ -223,7 +228,7 @@ pub fn side_files(path: &Path) -> [PathBuf; 2] {
     })
 }
 
-/// Refuses a store beside which a journal or log stands that is not empty.
+/// Rejects a store that has a non-empty journal or write-ahead log.
 ///
 /// # Errors
 /// [`StoreError::SideFile`].
@@ -240,7 +245,7 @@ fn immutable_uri(path: &Path) -> String {
     file_uri(path) + "?immutable=1"
 }
 
-/// A path as SQLite spells it where it takes parameters.
+/// Formats a path as an SQLite URI, to which parameters can be appended.
 pub(super) fn file_uri(path: &Path) -> String {
     let mut uri = String::from(if path.is_absolute() { "file://" } else { "file:" });
     for &byte in path.as_os_str().as_bytes() {

@@ -1,4 +1,4 @@
-//! What a build hands over of one tile.
+//! `TileContent`: a tile as a build writes it; `Child`: a tile as an overview reads it.
 
 use super::footprint::Footprint;
 use super::imagery::{self, EncodedTile};
@@ -11,34 +11,34 @@ use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::Path;
 
-/// What a tile with pixels holds.
+/// The content of a tile that has valid pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TileContent {
-    /// Its imagery, encoded.
+    /// Encoded imagery.
     pub image: EncodedTile,
-    /// Its keypoints, encoded; `None` for an overview.
+    /// Encoded keypoints: `None` for an overview.
     pub descriptors: Option<Vec<u8>>,
-    /// Its cells (`feature::cells_of`) as bytes.
+    /// Cells (`feature::cells_of`) as bytes.
     pub cells: Vec<u8>,
-    /// Content hashes of the sources seen in it, hexadecimal, newest first, separated by spaces.
+    /// Content hashes of the visible sources, hexadecimal, newest first, separated by spaces.
     pub sources: String,
-    /// Newest acquisition date seen in it.
+    /// Newest acquisition date of the visible sources, if known.
     pub acquired: Option<String>,
-    /// Share of valid pixels.
+    /// Share of valid pixels, above 0 and at most 1.
     pub valid_fraction: f64,
-    /// The largest horizontal error of the sources seen in it, metres.
+    /// Largest horizontal error of the visible sources, one standard deviation per axis, metres.
     pub horizontal_error_m: f64,
-    /// Keypoints described.
+    /// Number of described keypoints.
     pub keypoints: u32,
     /// See `feature::keypoint::distinctiveness`.
     pub distinctiveness: f64,
 }
 
 impl TileContent {
-    /// Encodes a tile and hashes its content; `seen` are the sources seen in it, in covering order.
+    /// Encodes a tile and hashes its content. `seen` are the visible sources in covering order.
     ///
     /// # Errors
-    /// Where the encoder refuses.
+    /// [`StoreError::Encode`].
     pub fn encode(
         tile: TileId,
         pixels: &MaskedColour,
@@ -64,7 +64,7 @@ impl TileContent {
         })
     }
 
-    /// The row that says all this of a tile.
+    /// Returns the footprint of this content at `tile`.
     pub(super) fn footprint(&self, tile: TileId) -> Footprint {
         Footprint {
             tile,
@@ -79,15 +79,15 @@ impl TileContent {
     }
 }
 
-/// A tile's cells as they are stored.
+/// Computes the cells of a tile as they are stored.
 pub fn cells_blob(pixels: &MaskedColour) -> Vec<u8> {
     cells_of(&pixels.colour.to_gray(), &pixels.mask).into_iter().map(|v| v as u8).collect()
 }
 
-/// What an overview needs to know of a tile below it.
+/// A tile as the overview above it needs it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Child {
-    /// Its imagery's bytes.
+    /// Encoded imagery.
     pub image: Vec<u8>,
     /// As [`TileContent::sources`].
     pub sources: String,
@@ -97,18 +97,18 @@ pub struct Child {
     pub horizontal_error_m: f64,
 }
 
-/// What stands in the store of a tile below an overview.
-pub(super) enum Below {
-    /// A tile without a valid pixel.
+/// A tile that was read for the overview above it.
+pub(super) enum StoredChild {
+    /// The tile has no valid pixel.
     Empty,
-    /// A tile that does not have the hash that its row states. An overview of it would be wrong, and its own hash right.
+    /// The tile does not have the hash that its row states. An overview made from it would be wrong and have a right hash.
     Damaged,
-    /// A tile, its hash proved.
+    /// The tile has the hash that its row states.
     Proved(Child),
 }
 
-impl Below {
-    /// The child; none of an empty tile.
+impl StoredChild {
+    /// Returns the child: `None` for an empty tile.
     ///
     /// # Errors
     /// [`StoreError::DamagedTile`].
@@ -121,21 +121,29 @@ impl Below {
     }
 }
 
-/// The failure of a tile that does not have the hash that is stated.
+/// Returns the error for a tile that does not have the stated hash.
 pub(super) fn damaged(path: &Path, layer: &str, tile: TileId) -> StoreError {
-    let reason = "imagery, descriptors or cells do not have the hash that is stated".into();
+    let reason = "imagery, descriptors or cells do not have the stated hash".into();
     StoreError::DamagedTile { path: path.into(), layer: layer.into(), tile, reason }
 }
 
-/// A staged tile; `None` where it is not staged.
-pub(super) fn staged_child(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<Option<Below>> {
+/// Reads a staged tile: `None` if it is not staged.
+pub(super) fn staged_child(
+    connection: &Connection,
+    layer: &str,
+    tile: TileId,
+) -> rusqlite::Result<Option<StoredChild>> {
     let sql = "SELECT tile_data, sources, acquired, horizontal_error_m, content_hash, descriptors, cells
                FROM overfly_staged WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4";
-    below(connection, sql, layer, tile)
+    read_child(connection, sql, layer, tile)
 }
 
-/// A tile in its place; `None` where there is none.
-pub(super) fn placed_child(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<Option<Below>> {
+/// Reads a tile of the tile table: `None` if there is none.
+pub(super) fn placed_child(
+    connection: &Connection,
+    layer: &str,
+    tile: TileId,
+) -> rusqlite::Result<Option<StoredChild>> {
     let sql = format!(
         "SELECT t.tile_data, f.sources, f.acquired, f.horizontal_error_m, f.content_hash, d.descriptors, c.cells
          FROM \"{layer}\" t
@@ -144,23 +152,23 @@ pub(super) fn placed_child(connection: &Connection, layer: &str, tile: TileId) -
          LEFT JOIN overfly_cells c ON c.footprint = f.fid
          WHERE t.zoom_level = ?2 AND t.tile_row = ?3 AND t.tile_column = ?4"
     );
-    below(connection, &sql, layer, tile)
+    read_child(connection, &sql, layer, tile)
 }
 
-fn below(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> rusqlite::Result<Option<Below>> {
+fn read_child(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> rusqlite::Result<Option<StoredChild>> {
     let key = params![layer, tile.zoom(), tile.row(), tile.column()];
     let read = |row: &Row<'_>| {
         let image: Option<Vec<u8>> = row.get(0)?;
-        let Some(image) = image else { return Ok(Below::Empty) };
+        let Some(image) = image else { return Ok(StoredChild::Empty) };
         let stated: [u8; 32] = row.get(4)?;
         let (descriptors, cells): (Option<Vec<u8>>, Option<Vec<u8>>) = (row.get(5)?, row.get(6)?);
         let described = descriptors.as_deref().unwrap_or_default();
         let hash = |media_type| digest::content_hash(media_type, &image, described, cells.as_deref());
         if imagery::media_type(&image).map(hash) != Some(stated) {
-            return Ok(Below::Damaged);
+            return Ok(StoredChild::Damaged);
         }
         let (sources, acquired, horizontal_error_m) = (row.get(1)?, row.get(2)?, row.get(3)?);
-        Ok(Below::Proved(Child { image, sources, acquired, horizontal_error_m }))
+        Ok(StoredChild::Proved(Child { image, sources, acquired, horizontal_error_m }))
     };
     connection.prepare_cached(sql)?.query_row(key, read).optional()
 }

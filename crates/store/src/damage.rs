@@ -1,41 +1,41 @@
-//! `DamageLog`: the tiles that were found damaged while a store was served.
+//! `DamageLog`: the damaged tiles that were found while a store was served.
 
 use overfly_core::tile::TileId;
+use parking_lot::Mutex;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
 
-/// Most tiles that are kept by name; others are counted no more.
-const MOST: usize = 1000;
+/// Largest number of tiles that are logged; further ones are not counted.
+const LIMIT: usize = 1000;
 
-/// Tiles found damaged, by layer and tile.
+/// The damaged tiles by layer and tile, each with the reason.
 #[derive(Debug, Default)]
 pub(super) struct DamageLog(Mutex<BTreeMap<(String, TileId), String>>);
 
-/// What was found damaged so far.
+/// The damage found so far.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, utoipa::ToSchema)]
 pub struct Damage {
-    /// How many tiles (counted up to 1000).
+    /// Number of damaged tiles, counted up to 1000.
     pub tiles: usize,
-    /// The first of them by layer, zoom, row and column, and what is wrong with it.
+    /// The first of them by layer, zoom, row and column, and the reason.
     pub first: Option<String>,
 }
 
 impl DamageLog {
-    /// Notes a tile. Said once in the log.
-    pub fn note(&self, layer: &str, tile: TileId, reason: &str) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+    /// Records a damaged tile, and logs it the first time.
+    pub fn record(&self, layer: &str, tile: TileId, reason: &str) {
+        let mut tiles = self.0.lock();
         let key = (layer.to_owned(), tile);
-        if kept.len() < MOST && !kept.contains_key(&key) {
-            tracing::error!("tile {tile} of layer {layer} is damaged and is used no more: {reason}");
-            kept.insert(key, reason.to_owned());
+        if tiles.len() < LIMIT && !tiles.contains_key(&key) {
+            tracing::error!("tile {tile} of layer {layer} is damaged and no longer used: {reason}");
+            tiles.insert(key, reason.to_owned());
         }
     }
 
-    /// What was noted.
-    pub fn told(&self) -> Damage {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let first = kept.iter().next().map(|((layer, tile), why)| format!("tile {tile} of layer {layer}: {why}"));
-        Damage { tiles: kept.len(), first }
+    /// Returns a summary.
+    pub fn summary(&self) -> Damage {
+        let tiles = self.0.lock();
+        let first = tiles.iter().next().map(|((layer, tile), why)| format!("tile {tile} of layer {layer}: {why}"));
+        Damage { tiles: tiles.len(), first }
     }
 }

@@ -1,24 +1,24 @@
-//! `Declaration`: what a layer shall be, before there is a tile of it.
+//! `Declaration`: what a build will make of a layer, stated before it writes the first tile.
 
 use super::{Source, digest};
 
-/// What a layer shall be.
+/// A layer as a build declares it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Declaration {
-    /// Its name.
+    /// Name of the layer.
     pub layer: String,
-    /// Its sources, in any order.
+    /// Sources, in any order.
     pub sources: Vec<Source>,
-    /// The base zoom that the user stated, where so.
+    /// Base zoom, if the user stated one.
     pub zoom_override: Option<u8>,
-    /// The finest level.
+    /// Zoom of the finest level.
     pub base_zoom: u8,
-    /// The coarsest overview.
+    /// Zoom of the coarsest overview.
     pub min_zoom: u8,
 }
 
 impl Declaration {
-    /// Tells one build of a layer from another.
+    /// Returns a hash that tells builds of the same layer apart.
     pub(super) fn plan_hash(&self) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new_derive_key("overfly plan 1");
         hasher.update(&[self.base_zoom, self.min_zoom, self.zoom_override.unwrap_or(0xff)]);

@@ -1,4 +1,4 @@
-//! What is hashed, and how: tiles, layers, the whole store. Never paths, page layout, row order or time of build.
+//! Hashes of tiles, levels, layers and the whole store. None depends on paths, page layout, row order or the time of a build.
 
 use super::Source;
 use super::cells::TileCells;
@@ -6,13 +6,13 @@ use super::footprint::{self, Footprint};
 use blake3::Hasher;
 use rusqlite::Connection;
 
-/// Bytes as hexadecimal.
+/// Formats bytes as hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// The hash of a tile's content: its image as encoded (which holds its mask), its descriptors and its cells. A tile built
-/// before there were cells has none, and the hash it had then.
+/// Hashes the content of a tile: encoded imagery (which holds the mask), descriptors and cells. A tile built before format
+/// version 3 has no cells, and keeps the hash it had then.
 pub fn content_hash(media_type: &str, image: &[u8], descriptors: &[u8], cells: Option<&[u8]>) -> [u8; 32] {
     let context = if cells.is_some() { "overfly tile content 2" } else { "overfly tile content 1" };
     let mut hasher = Hasher::new_derive_key(context);
@@ -22,7 +22,7 @@ pub fn content_hash(media_type: &str, image: &[u8], descriptors: &[u8], cells: O
     hasher.finalize().into()
 }
 
-/// The digest of the whole store: its contract and each finished layer's digest, by name.
+/// Returns the digest of the whole store, from its contract and the digests of the finished layers by name.
 pub fn store_digest<'a>(contract: &str, layers: impl Iterator<Item = (&'a str, [u8; 32])>) -> [u8; 32] {
     let mut hasher = Hasher::new_derive_key("overfly store digest 1");
     text(&mut hasher, contract.as_bytes());
@@ -33,7 +33,7 @@ pub fn store_digest<'a>(contract: &str, layers: impl Iterator<Item = (&'a str, [
     hasher.finalize().into()
 }
 
-/// The digest of a layer, read from its rows.
+/// Computes the digest of a layer from its rows.
 pub(super) fn layer_digest(
     connection: &Connection,
     name: &str,
@@ -53,8 +53,8 @@ pub(super) fn layer_digest(
     Ok(hasher.finalize().into())
 }
 
-/// The digest of a layer whose footprints are given by zoom, row and column.
-pub(super) fn layer_digest_of(
+/// Computes the digest of a layer from footprints in the order of zoom, row and column.
+pub(super) fn layer_digest_from(
     name: &str,
     base_zoom: u8,
     min_zoom: u8,
@@ -81,7 +81,7 @@ fn layer_hasher(name: &str, base_zoom: u8, min_zoom: u8, sources: &[Source]) -> 
     hasher
 }
 
-/// The digest of the footprints of one level, given by row and column: so that a level verifies alone.
+/// Computes the digest of the footprints of one level, in the order of row and column.
 pub(super) fn footprints_digest<'a>(footprints: impl Iterator<Item = &'a Footprint>) -> [u8; 32] {
     let mut hasher = Hasher::new_derive_key("overfly level footprints 1");
     for footprint in footprints {
@@ -90,7 +90,8 @@ pub(super) fn footprints_digest<'a>(footprints: impl Iterator<Item = &'a Footpri
     hasher.finalize().into()
 }
 
-/// The digest of the cells of one level, given by row and column: column, row and cells of each tile that has any.
+/// Computes the digest of the cells of one level, in the order of row and column: row, column and cells of each tile that has
+/// cells.
 pub(super) fn cells_digest(cells: &[TileCells]) -> [u8; 32] {
     let mut hasher = Hasher::new_derive_key("overfly level cells 1");
     for ([column, row], blob) in cells {
@@ -101,7 +102,7 @@ pub(super) fn cells_digest(cells: &[TileCells]) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-/// What tells whether a footprint's row is the one that was read before.
+/// Returns a short hash that tells whether a footprint is the one that was read before.
 pub(super) fn footprint_check(footprint: &Footprint) -> [u8; 16] {
     let mut hasher = Hasher::new_derive_key("overfly footprint check 1");
     hash_footprint(&mut hasher, footprint);
@@ -110,7 +111,7 @@ pub(super) fn footprint_check(footprint: &Footprint) -> [u8; 16] {
     check
 }
 
-/// Adds what of a source decides a tile's pixels and its row: content, date, stated CRS, stretch and error.
+/// Hashes the properties of a source that decide the pixels and the row of a tile: content, date, stated CRS, stretch and error.
 pub fn hash_source(hasher: &mut Hasher, source: &Source) {
     hasher.update(&source.content_hash);
     optional(hasher, source.acquired.as_deref());

@@ -1,232 +1,230 @@
-//! `StoreError`: why a store cannot be opened, read or written, and what to do about it.
+//! `StoreError`: why a store cannot be opened, read or written.
 
+use super::remedy::StoreRemedy;
 use overfly_core::tile::TileId;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// What Linux, the BSDs and macOS call a device that fails.
-const EIO: i32 = 5;
-
-/// Why a store cannot be opened, read or written.
+/// Why a store cannot be opened, read or written. The text states the fact; [`StoreError::remedy`] says what helps.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// No such file.
-    #[error("{path}: there is no such file; make a store with `overfly build --db {path} SOURCE...`", path = path.display())]
+    /// The file does not exist.
+    #[error("{path}: no such file", path = path.display())]
     Missing {
-        /// What was asked for.
+        /// The file.
         path: PathBuf,
     },
-    /// A file that is something else.
-    #[error("{path}: not an overfly store: {found}; make one with `overfly build --db FILE SOURCE...`", path = path.display())]
+    /// The file is not a store.
+    #[error("{path}: not an overfly store: {found}", path = path.display())]
     NotAStore {
         /// The file.
         path: PathBuf,
-        /// What it is instead.
+        /// What the file is instead.
         found: String,
     },
-    /// A build was begun and not ended.
-    #[error("{path}: unfinished build of layer {layer}: run the same `overfly build` again, it goes on where it stopped", path = path.display())]
+    /// A build was started and not finished.
+    #[error("{path}: unfinished build of layer {layer}", path = path.display())]
     Unfinished {
         /// The store.
         path: PathBuf,
-        /// The layer, or several.
+        /// The layer, or several separated by commas.
         layer: String,
     },
-    /// A layer that a build has put nothing into yet, or none at all.
-    #[error("{path}: the store holds no layer; fill it with `overfly build --db {path} SOURCE...`", path = path.display())]
+    /// The store has no layer.
+    #[error("{path}: the store has no layer", path = path.display())]
     NoLayers {
         /// The store.
         path: PathBuf,
     },
-    /// Made by a newer program.
-    #[error("{path}: store format {found} is newer than this program's, {known}: use a newer overfly", path = path.display())]
+    /// A newer program wrote the store.
+    #[error("{path}: store format {found} is newer than format {known} of this program", path = path.display())]
     NewerFormat {
         /// The store.
         path: PathBuf,
-        /// Its version.
+        /// Its format version.
         found: u32,
-        /// The newest this program knows.
+        /// The newest version that this program knows.
         known: u32,
     },
-    /// Made by an older program and not migrated.
-    #[error("{path}: store format {found} is older than this program's, {known}: any `overfly build --db {path}` migrates it", path = path.display())]
+    /// An older program wrote the store, and it is not migrated.
+    #[error("{path}: store format {found} is older than format {known} of this program", path = path.display())]
     OlderFormat {
         /// The store.
         path: PathBuf,
-        /// Its version.
+        /// Its format version.
         found: u32,
-        /// This program's.
+        /// The version of this program.
         known: u32,
     },
-    /// Tiles described in another way than this program describes frames.
-    #[error("{path}: its descriptors follow the contract {found}, this program's follow {expected}: build the store anew with this program", path = path.display())]
+    /// The tiles are described in another way than this program describes frames.
+    #[error("{path}: its descriptors follow the contract {found}, this program follows {expected}", path = path.display())]
     OtherContract {
         /// The store.
         path: PathBuf,
-        /// Its contract.
+        /// The contract of the store.
         found: String,
-        /// This program's.
+        /// The contract of this program.
         expected: String,
     },
-    /// A journal or log beside a store that is opened immutable.
-    #[error("{side}: a non-empty side file stands beside the store, so its last change is unfinished: run the same `overfly build` again where it can be written, then copy the store", side = side.display())]
+    /// A store that is opened immutable has a non-empty journal or write-ahead log.
+    #[error("{side}: the store has a non-empty journal, so its last change is unfinished", side = side.display())]
     SideFile {
         /// The side file.
         side: PathBuf,
     },
-    /// An interrupted write that cannot be rolled back here.
-    #[error("{path}: an interrupted build left a journal that cannot be rolled back here: run `overfly build` again, or make file and folder writable", path = path.display())]
+    /// An interrupted write cannot be rolled back here.
+    #[error("{path}: an interrupted build left a journal that cannot be rolled back here", path = path.display())]
     HotJournal {
         /// The store.
         path: PathBuf,
     },
-    /// No layer of that name.
-    #[error("{path}: no layer {name:?}; it has {known}", path = path.display())]
+    /// The store has no layer of that name.
+    #[error("{path}: no layer {name:?}; the layers are {known}", path = path.display())]
     NoLayer {
         /// The store.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// Those it has.
+        /// The names of its layers.
         known: String,
     },
-    /// A name that cannot name a layer.
+    /// A name that is not allowed for a layer.
     #[error(
-        "{name:?} cannot name a layer: use 1 to 40 of a-z 0-9 _ -, a letter or digit first, and none of overfly_..., gpkg_..., rtree_..., sqlite_..., footprints"
+        "invalid layer name {name:?}: a name has 1 to 40 of the characters a-z 0-9 _ -, starts with a letter or digit, does not start with overfly_, gpkg_, rtree_ or sqlite_, and is not footprints"
     )]
     LayerName {
-        /// What was given.
+        /// The given name.
         name: String,
     },
-    /// The file or its folder may not be read or written.
-    #[error("{path}: no permission ({reason}): make file and folder accessible, or choose another place", path = path.display())]
+    /// The file or its folder cannot be read or written.
+    #[error("{path}: no permission ({reason})", path = path.display())]
     Denied {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The message of the system.
         reason: String,
     },
-    /// The folder that shall hold it is absent.
-    #[error("{path}: its folder does not exist: make it first, or choose another place", path = path.display())]
+    /// The folder of the file does not exist.
+    #[error("{path}: its folder does not exist", path = path.display())]
     NoFolder {
         /// The file.
         path: PathBuf,
     },
-    /// No room.
-    #[error("{path}: the disk is full; what was there before is untouched: make room and run the same command again; a build goes on where it stopped", path = path.display())]
+    /// The disk is full.
+    #[error("{path}: the disk is full; the previous content is unchanged", path = path.display())]
     DiskFull {
         /// The file.
         path: PathBuf,
     },
     /// The disk cannot be read or written.
-    #[error("{path}: the disk fails or is full ({reason}); nothing half done is kept: check the disk and its room, then run the same command again, or use a copy on another disk", path = path.display())]
+    #[error("{path}: the disk fails or is full ({reason}); nothing incomplete is kept", path = path.display())]
     DiskError {
         /// The file.
         path: PathBuf,
-        /// What the system or SQLite says.
+        /// The message of the system or SQLite.
         reason: String,
     },
-    /// A file beside it, which a write needs, cannot be made or opened.
-    #[error("{path}: its journal cannot be made or opened ({reason}); what was there before is untouched: the disk is full or fails, or too many files are open; see to it and run the same command again", path = path.display())]
+    /// The journal, which a write needs, cannot be created or opened.
+    #[error("{path}: its journal cannot be created or opened ({reason}); the store is unchanged", path = path.display())]
     NoJournal {
         /// The store.
         path: PathBuf,
-        /// What SQLite says.
+        /// The message of SQLite.
         reason: String,
     },
-    /// Another program holds it.
-    #[error("{path}: another program is writing to it: wait for it, then run again", path = path.display())]
+    /// Another program has locked the file.
+    #[error("{path}: another program is writing to it", path = path.display())]
     Busy {
         /// The file.
         path: PathBuf,
     },
-    /// Another build took this layer over.
-    #[error("{path}: another build of layer {layer} has begun meanwhile: let that one finish", path = path.display())]
+    /// Another build took over the layer.
+    #[error("{path}: another build of layer {layer} has started in the meantime", path = path.display())]
     Superseded {
         /// The store.
         path: PathBuf,
         /// The layer.
         layer: String,
     },
-    /// An exported store, which is never written again.
-    #[error("{path}: an exported store, sealed by its digest: build into the store it was cut from, and export anew", path = path.display())]
+    /// An exported store is never written again.
+    #[error("{path}: an exported store cannot be written: it is sealed by its digest", path = path.display())]
     Sealed {
         /// The store.
         path: PathBuf,
     },
-    /// The file is not what it was when it was opened.
-    #[error("{path}: was replaced, rewritten or removed since it was opened: open it again (restart the service)", path = path.display())]
+    /// The file has changed since it was opened.
+    #[error("{path}: replaced, rewritten or removed since it was opened", path = path.display())]
     Changed {
         /// The store.
         path: PathBuf,
     },
     /// The file contradicts itself.
-    #[error("{path}: damaged: {reason}; restore it from a copy or build it anew", path = path.display())]
+    #[error("{path}: damaged: {reason}", path = path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where and how.
+        /// What is wrong, and where.
         reason: String,
     },
-    /// One tile's bytes are not what they should be.
-    #[error("{path}: tile {tile} of layer {layer} is damaged: {reason}; `overfly verify` lists all such tiles, restore the store from a copy", path = path.display())]
+    /// The bytes of a tile are damaged.
+    #[error("{path}: tile {tile} of layer {layer} is damaged: {reason}", path = path.display())]
     DamagedTile {
         /// The store.
         path: PathBuf,
-        /// Which layer.
+        /// The layer.
         layer: String,
-        /// Which tile.
+        /// The tile.
         tile: TileId,
-        /// How.
+        /// What is wrong.
         reason: String,
     },
-    /// The image encoder refused.
+    /// The image encoder failed.
     #[error("tile {tile} cannot be encoded: {reason}")]
     Encode {
-        /// Which tile.
+        /// The tile.
         tile: TileId,
-        /// What the encoder says.
+        /// The message of the encoder.
         reason: String,
     },
-    /// What would be replaced is not what is written.
-    #[error("{path}: {found} stands there, and is not overwritten: choose another name, or remove it", path = path.display())]
+    /// The target exists and is something else than what is written.
+    #[error("{path}: {found} exists there and is not overwritten", path = path.display())]
     InTheWay {
-        /// The place.
+        /// The target.
         path: PathBuf,
-        /// What.
+        /// What exists there.
         found: String,
     },
-    /// The result would replace what it is made from.
-    #[error("{path}: writing there would replace what the result is made from: choose another place", path = path.display())]
+    /// The target is one of the inputs.
+    #[error("{path}: the output would replace one of its inputs", path = path.display())]
     SameFile {
-        /// The place.
+        /// The target.
         path: PathBuf,
     },
-    /// Another run writes to the same place.
-    #[error("{path}: another run of overfly is writing this file: wait for it", path = path.display())]
+    /// Another process is writing the same target.
+    #[error("{path}: another run of overfly is writing this file", path = path.display())]
     Occupied {
-        /// The place.
+        /// The target.
         path: PathBuf,
     },
-    /// The system failed.
+    /// The system failed in another way.
     #[error("{path}: {source}", path = path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The message of the system.
         source: std::io::Error,
     },
-    /// SQLite failed in a way that has no name here.
+    /// SQLite failed in another way.
     #[error("{path}: {source}", path = path.display())]
     Sqlite {
         /// The file.
         path: PathBuf,
-        /// What SQLite says.
+        /// The message of SQLite.
         source: rusqlite::Error,
     },
 }
 
 impl StoreError {
-    /// A stable code word.
+    /// Returns a stable code word for scripts.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Missing { .. } => "store_not_found",
@@ -259,7 +257,7 @@ impl StoreError {
         }
     }
 
-    /// Whether the file that was named is at fault, and not the work on it: exit code 2.
+    /// Whether the named file is at fault (exit code 2), and not the work on it.
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Changed { .. }
@@ -293,91 +291,33 @@ impl StoreError {
         }
     }
 
-    /// Names what SQLite reports about the file at `path`.
-    pub(crate) fn sqlite(path: &Path, source: rusqlite::Error) -> Self {
-        use rusqlite::ErrorCode as Code;
-        let path = path.to_path_buf();
-        let reason = source.to_string();
-        let extended = source.sqlite_error().map_or(0, |e| e.extended_code);
-        if extended == rusqlite::ffi::SQLITE_READONLY_ROLLBACK {
-            return Self::HotJournal { path };
-        }
-        match source.sqlite_error_code() {
-            Some(Code::NotADatabase) => Self::NotAStore { path, found: "not an SQLite file".into() },
-            Some(Code::DatabaseCorrupt) => Self::Damaged { path, reason },
-            Some(Code::DiskFull) => Self::DiskFull { path },
-            Some(Code::SystemIoFailure) => Self::DiskError { path, reason },
-            // The store itself is open by then (else: `unopened`), and a folder that may not be written is `ReadOnly`.
-            Some(Code::CannotOpen) => Self::NoJournal { path, reason },
-            Some(Code::ReadOnly | Code::PermissionDenied) => Self::Denied { path, reason },
-            Some(Code::DatabaseBusy | Code::DatabaseLocked) => Self::Busy { path },
-            _ if is_of_the_content(&source) => Self::Damaged { path, reason },
-            _ => Self::Sqlite { path, source },
-        }
-    }
-
-    /// Names what SQLite reports where it opens the file at `path`.
-    pub(crate) fn unopened(path: &Path, source: rusqlite::Error) -> Self {
-        match source.sqlite_error_code() {
-            Some(rusqlite::ErrorCode::CannotOpen) => {
-                // SQLite does not say why.
-                Self::Denied { path: path.into(), reason: format!("{source}; or the disk fails") }
-            }
-            _ => Self::sqlite(path, source),
-        }
-    }
-
-    /// Names what SQLite reports about a file that this run has written itself: there, only the disk can do damage.
-    pub(crate) fn of_own_file(path: &Path, source: rusqlite::Error) -> Self {
-        match Self::sqlite(path, source) {
-            Self::Damaged { path, reason } => Self::DiskError { path, reason },
-            Self::NotAStore { path, found } => Self::DiskError { path, reason: found },
-            other => other,
-        }
-    }
-
-    /// Names what the file system reports about `path`.
-    /// Names what the system reports about `path`: a missing folder, a full disk.
-    pub fn io(path: &Path, source: std::io::Error) -> Self {
-        use std::io::ErrorKind;
-        let path = path.to_path_buf();
-        match source.kind() {
-            ErrorKind::NotFound => Self::Missing { path },
-            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-                Self::Denied { path, reason: source.to_string() }
-            }
-            ErrorKind::StorageFull => Self::DiskFull { path },
-            ErrorKind::UnexpectedEof => Self::DiskError { path, reason: "it ends where it should not".into() },
-            _ if source.raw_os_error() == Some(EIO) => Self::DiskError { path, reason: source.to_string() },
-            _ => Self::Io { path, source },
-        }
-    }
-}
-
-/// Whether the file's own content is at fault: a table or column that is not there, a value of the wrong kind.
-fn is_of_the_content(error: &rusqlite::Error) -> bool {
-    use rusqlite::Error;
-    let missing = |message: &str| ["no such table", "no such column"].iter().any(|m| message.starts_with(m));
-    match error {
-        Error::FromSqlConversionFailure(..) | Error::IntegralValueOutOfRange(..) | Error::InvalidColumnType(..) => true,
-        Error::SqliteFailure(_, Some(message)) => missing(message),
-        Error::SqlInputError { msg, .. } => missing(msg),
-        _ => false,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_table_or_value_that_is_not_as_it_should_be_is_damage() {
-        let connection = rusqlite::Connection::open_in_memory().unwrap();
-        for sql in ["SELECT count(*) FROM overfly_store", "SELECT -3", "SELECT 'x'"] {
-            let failure = connection.query_row(sql, [], |row| row.get::<_, u32>(0)).unwrap_err();
-            let error = StoreError::sqlite(Path::new("a.gpkg"), failure);
-            assert_eq!(error.code(), "damaged_store", "{sql}: {error}");
-            assert!(error.is_unusable_input());
-        }
+    /// Returns what helps against this error, if anything is known to.
+    pub fn remedy(&self) -> Option<StoreRemedy> {
+        Some(match self {
+            Self::Missing { .. } | Self::NotAStore { .. } | Self::NoLayers { .. } => StoreRemedy::Build,
+            Self::Unfinished { .. } => StoreRemedy::ResumeBuild,
+            Self::NewerFormat { .. } => StoreRemedy::UpdateProgram,
+            Self::OlderFormat { .. } => StoreRemedy::Migrate,
+            Self::OtherContract { .. } => StoreRemedy::Rebuild,
+            Self::SideFile { .. } => StoreRemedy::ResumeBuildAndCopy,
+            Self::HotJournal { .. } => StoreRemedy::ResumeBuildOrGrantAccess,
+            Self::Denied { .. } => StoreRemedy::GrantAccess,
+            Self::NoFolder { .. } => StoreRemedy::CreateFolder,
+            Self::DiskFull { .. } => StoreRemedy::FreeSpace,
+            Self::DiskError { .. } => StoreRemedy::CheckDisk,
+            Self::NoJournal { .. } => StoreRemedy::CheckDiskAndOpenFiles,
+            Self::Busy { .. } | Self::Superseded { .. } | Self::Occupied { .. } => StoreRemedy::Wait,
+            Self::Sealed { .. } => StoreRemedy::BuildOriginalAndExport,
+            Self::Changed { .. } => StoreRemedy::Reopen,
+            Self::Damaged { .. } => StoreRemedy::RestoreOrRebuild,
+            Self::DamagedTile { .. } => StoreRemedy::VerifyAndRestore,
+            Self::InTheWay { .. } => StoreRemedy::RenameOrRemove,
+            Self::SameFile { .. } => StoreRemedy::ChooseOtherPath,
+            Self::NoLayer { .. }
+            | Self::LayerName { .. }
+            | Self::Encode { .. }
+            | Self::Io { .. }
+            | Self::Sqlite { .. } => return None,
+        })
     }
 }

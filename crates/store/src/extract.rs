@@ -1,4 +1,4 @@
-//! `Extract`: a store being made of chosen tiles of another one. What is put in the same order becomes the same bytes.
+//! `Extract`: a new store made of tiles of other stores. The same tiles in the same order give the same bytes.
 
 use super::connection::{self, file_uri};
 use super::content::{self, Child};
@@ -7,11 +7,11 @@ use super::digest;
 use super::geometry;
 use super::layer::{self, Layer};
 use super::level::LevelDigests;
-use super::source::{self, Declared};
-use super::writer::{Placed, place_content};
+use super::source::{self, SourceTable};
+use super::tile_rows::{TileRows, insert_tile};
 use super::{
     Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery, manifest, reader,
-    verify,
+    tile_rows, verify,
 };
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OpenFlags, params};
@@ -19,40 +19,40 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// What a layer is, but for its tiles and sources.
+/// Name and levels of a layer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayerHead {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The finest level.
+    /// Zoom of the finest level.
     pub base_zoom: u8,
-    /// The coarsest level.
+    /// Zoom of the coarsest level.
     pub min_zoom: u8,
-    /// The base zoom that the user stated when it was built, where so.
+    /// Base zoom, if the user stated one when the layer was built.
     pub zoom_override: Option<u8>,
 }
 
-/// What to take of one layer.
+/// The part of a layer to copy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerPart {
-    /// The layer.
+    /// Name of the layer.
     pub name: String,
-    /// The finest level to take.
+    /// Zoom of the finest level to copy.
     pub base_zoom: u8,
-    /// The coarsest level to take.
+    /// Zoom of the coarsest level to copy.
     pub min_zoom: u8,
-    /// Its tiles to take, by zoom, row and column; none twice.
+    /// Tiles to copy, by zoom, row and column, each once.
     pub tiles: Vec<TileId>,
-    /// Whether descriptors are taken; a tile without them has another content hash.
+    /// Whether to copy descriptors. Without them a tile has another content hash.
     pub with_descriptors: bool,
-    /// The JPEG quality, 1 to 100, to encode imagery with anew, where it shall be smaller; so its content hash is another.
+    /// The JPEG quality, 1 to 100, to encode the imagery again with, to reduce its size. Such a tile has another content hash.
     pub jpeg_quality: Option<u8>,
 }
 
 impl LayerPart {
-    /// A tile without what is not taken of it.
-    fn lightened(&self, mut tile: StoredTile) -> Result<StoredTile, StoreError> {
+    /// Returns a tile with its size reduced as requested.
+    fn reduced(&self, mut tile: StoredTile) -> Result<StoredTile, StoreError> {
         if let Some(quality) = self.jpeg_quality {
             tile.image = imagery::recode(tile.footprint.tile, tile.image, quality)?;
         }
@@ -66,41 +66,41 @@ impl LayerPart {
     }
 }
 
-/// A store being made. A draft stands beside what it shall become until [`Extract::finish`]; dropped before, it is removed.
+/// A store that is being made, in a draft file. The draft is removed when this value is dropped.
 #[derive(Debug)]
 pub struct Extract {
-    draft: Draft,
+    draft: DraftFile,
     connection: Connection,
     contract: String,
 }
 
-/// The file that is removed at the end, whatever the end is.
+/// A file that is removed when this value is dropped.
 #[derive(Debug)]
-struct Draft(PathBuf);
+struct DraftFile(PathBuf);
 
-impl Drop for Draft {
+impl Drop for DraftFile {
     fn drop(&mut self) {
-        // Worthless either way; a draft that is left is overwritten by the next export to the same place.
+        // A draft that cannot be removed is overwritten by the next export to the same target.
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
 impl Extract {
-    /// Begins a store at `draft`; what stands there is lost.
+    /// Begins a store in the file `draft`, which is overwritten.
     ///
     /// # Errors
-    /// Where the folder is absent or may not be written, or the disk is full.
+    /// Where the folder does not exist or cannot be written, or the disk is full.
     pub fn begin(draft: &Path, contract: &str) -> Result<Self, StoreError> {
-        let draft = Draft(draft.to_path_buf());
-        let connection = open(&draft.0, contract).map_err(|e| StoreError::of_own_file(&draft.0, e))?;
+        let draft = DraftFile(draft.to_path_buf());
+        let connection = open(&draft.0, contract).map_err(|e| StoreError::own_file(&draft.0, e))?;
         Ok(Self { draft, connection, contract: contract.to_owned() })
     }
 
-    /// Copies a part of a layer of `from`, every tile's hash proved, and declares it finished. `progress` is called after
+    /// Copies a part of a layer of `from`, checks the hash of every tile, and declares the layer finished. Calls `progress` after
     /// each tile.
     ///
     /// # Errors
-    /// Where a tile is damaged, a layer is taken twice, or the disk is full.
+    /// Where a tile is damaged, the layer exists already, or the disk is full.
     pub fn copy(&mut self, from: &Reader, part: &LayerPart, mut progress: impl FnMut()) -> Result<(), StoreError> {
         let known = from.layer(&part.name)?;
         let head = LayerHead {
@@ -113,7 +113,7 @@ impl Extract {
         let mut seen = HashSet::new();
         for &tile in &part.tiles {
             let Some(stored) = from.stored_tile(known, tile)? else { continue };
-            let stored = part.lightened(stored)?;
+            let stored = part.reduced(stored)?;
             seen.extend(stored.footprint.sources.split(' ').map(str::to_owned));
             self.put(&head.name, &stored)?;
             progress();
@@ -122,10 +122,10 @@ impl Extract {
         self.end_layer(&head, sources.map(without_folder).collect())
     }
 
-    /// Begins a layer, which shall get its tiles and [`Extract::end_layer`] before the next.
+    /// Begins a layer. Its tiles and [`Extract::end_layer`] must follow before the next layer.
     ///
     /// # Errors
-    /// [`StoreError::LayerName`], where there is one of that name, or the disk is full.
+    /// [`StoreError::LayerName`], where the layer exists already, or the disk is full.
     pub fn begin_layer(&self, head: &LayerHead) -> Result<(), StoreError> {
         layer::check_name(&head.name)?;
         let begin = || -> rusqlite::Result<()> {
@@ -140,21 +140,21 @@ impl Extract {
         begin().map_err(|e| self.fail(e))
     }
 
-    /// Puts a tile as it is.
+    /// Adds a tile as it is.
     ///
     /// # Errors
-    /// Where the layer has it already, or the disk is full.
+    /// Where the layer has the tile already, or the disk is full.
     pub fn put(&self, layer: &str, tile: &StoredTile) -> Result<(), StoreError> {
-        let placed = Placed {
+        let rows = TileRows {
             footprint: &tile.footprint,
             image: &tile.image,
             descriptors: tile.descriptors.as_deref(),
             cells: tile.cells.as_deref(),
         };
-        place_content(&self.connection, layer, &placed).map_err(|e| self.fail(e))
+        insert_tile(&self.connection, layer, &rows).map_err(|e| self.fail(e))
     }
 
-    /// What an overview needs to know of a tile that was put; `None` where there is none.
+    /// Returns a tile that was added, as the overview above it needs it: `None` if there is none.
     ///
     /// # Errors
     /// Where SQLite fails.
@@ -163,12 +163,12 @@ impl Extract {
         found.map_or(Ok(None), |below| below.proved(&self.draft.0, layer, tile))
     }
 
-    /// Notes what a tile was made from, so that a build need not make it again.
+    /// Stores the inputs hash of a tile, so that a build need not make the tile again.
     ///
     /// # Errors
     /// Where the disk is full.
-    pub fn note_inputs(&self, layer: &str, tile: TileId, inputs_hash: &[u8; 32]) -> Result<(), StoreError> {
-        finish::note_inputs(&self.connection, layer, tile, inputs_hash).map_err(|e| self.fail(e))
+    pub fn put_inputs(&self, layer: &str, tile: TileId, inputs_hash: &[u8; 32]) -> Result<(), StoreError> {
+        tile_rows::put_inputs(&self.connection, layer, tile, inputs_hash).map_err(|e| self.fail(e))
     }
 
     /// Declares a layer finished.
@@ -181,7 +181,7 @@ impl Extract {
         let declaration = Declaration { layer: name, sources, zoom_override, base_zoom, min_zoom };
         let end = || -> rusqlite::Result<()> {
             for one in &declaration.sources {
-                source::insert(&self.connection, &declaration.layer, Declared::Finished, one)?;
+                source::insert(&self.connection, &declaration.layer, SourceTable::Finished, one)?;
             }
             finish::declare(&self.connection, &declaration)?;
             geopackage::declare_footprints(&self.connection)?;
@@ -190,7 +190,7 @@ impl Extract {
         end().map_err(|e| self.fail(e))
     }
 
-    /// The layers so far, by name.
+    /// Returns the layers so far, by name.
     ///
     /// # Errors
     /// Where SQLite fails.
@@ -198,32 +198,32 @@ impl Extract {
         layer::load_all(&self.connection, &self.draft.0)
     }
 
-    /// What one level of a layer hashes to, and its footprints.
+    /// Returns the digests of one level of a layer, and its footprints.
     ///
     /// # Errors
     /// Where SQLite fails.
     pub fn level(&self, layer: &str, zoom: u8) -> Result<(LevelDigests, Vec<Footprint>), StoreError> {
-        let fail = |e| StoreError::of_own_file(&self.draft.0, e);
+        let fail = |e| StoreError::own_file(&self.draft.0, e);
         let sql = format!(
             "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
             footprint::COLUMNS
         );
         let footprints = reader::collect(&self.connection, &sql, (layer, zoom)).map_err(fail)?;
         let cells = cells::load(&self.connection, layer, zoom).map_err(fail)?;
-        Ok((LevelDigests::of(zoom, &footprints, &cells), footprints))
+        Ok((LevelDigests::from_rows(zoom, &footprints, &cells), footprints))
     }
 
-    /// The store's digest so far, hexadecimal.
+    /// Returns the digest of the store so far, hexadecimal.
     ///
     /// # Errors
     /// Where SQLite fails.
     pub fn digest(&self) -> Result<String, StoreError> {
         let found = reader::stored_digest(&self.connection, &self.contract);
-        found.map(|d| digest::hex(&d)).map_err(|e| StoreError::of_own_file(&self.draft.0, e))
+        found.map(|d| digest::hex(&d)).map_err(|e| StoreError::own_file(&self.draft.0, e))
     }
 
-    /// Writes the store to `target` (absent or empty), compact: table after table, without an unused page; each page ends
-    /// in `reserved` bytes that SQLite leaves alone, zeros. With it goes its manifest, where it has one. Not yet synced.
+    /// Writes the store and its manifest, if any, to `target`, which must not exist or be empty. The file is compact: table after
+    /// table, without unused pages. Each page ends in `reserved` zero bytes, which SQLite does not use. The file is not synced.
     ///
     /// # Errors
     /// Where the disk is full.
@@ -232,8 +232,8 @@ impl Extract {
             manifest::write(&self.connection, manifest).map_err(|e| self.fail(e))?;
         }
         let uri = format!("{}?reserve={reserved}", file_uri(target));
-        self.connection.execute("VACUUM INTO ?1", [uri]).map_err(|e| StoreError::of_own_file(target, e))?;
-        // What SQLite cannot read to its end it takes for zeros, and writes these.
+        self.connection.execute("VACUUM INTO ?1", [uri]).map_err(|e| StoreError::own_file(target, e))?;
+        // SQLite takes pages that it cannot read to their end for zeros, and copies these.
         let found = verify::verify(target, &|_, _| ())?;
         let tile = found.bad_tiles.first().map(|bad| format!("tile {}: {}", bad.id, bad.reason));
         match found.problems.into_iter().next().or(tile) {
@@ -243,11 +243,11 @@ impl Extract {
     }
 
     fn fail(&self, error: rusqlite::Error) -> StoreError {
-        StoreError::of_own_file(&self.draft.0, error)
+        StoreError::own_file(&self.draft.0, error)
     }
 }
 
-/// A new draft: no journal, for it is worthless until it is finished; and pages leave memory as others come.
+/// Creates and opens a draft, without a journal: an unfinished draft is of no use.
 fn open(draft: &Path, contract: &str) -> rusqlite::Result<Connection> {
     connection::create_draft(draft, contract)?;
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
@@ -261,7 +261,7 @@ fn open(draft: &Path, contract: &str) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// Where a source stood when it was built is nothing to the aircraft, and would make equal exports unequal.
+/// Removes the folder from the path of a source. The aircraft does not need it, and it would make equal exports unequal.
 fn without_folder(source: Source) -> Source {
     let path = source.path.file_name().map(PathBuf::from).unwrap_or_default();
     Source { path, ..source }

@@ -1,26 +1,27 @@
-//! The last transaction of a build, and how rows of a layer go away.
+//! The last transaction of a build, and the removal of a layer's rows.
 
-use super::content::{self, Below};
+use super::content::{self, StoredChild};
 use super::declaration::Declaration;
-use super::source::{self, Declared};
+use super::source::{self, SourceTable};
+use super::tile_rows::clear_tile;
 use super::{StoreError, digest, footprint, geopackage, verify};
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::{MercatorBounds, TileId};
 use rusqlite::{Connection, params};
 use std::path::Path;
 
-/// Above this share of unused pages the file is rewritten without them.
+/// A file with a larger share of unused pages is rewritten without them.
 const UNUSED_SHARE: f64 = 0.25;
 
-/// What a build's last transaction did.
+/// The result of the last transaction of a build.
 pub(super) struct Finished {
-    /// Tiles that the layer now has.
+    /// Number of tiles of the layer.
     pub tiles: u64,
-    /// A tile that came to its place and does not have the hash that its footprint states: then it must not be committed.
+    /// A moved tile that does not have the hash that its footprint states. The transaction must then not be committed.
     pub damaged: Option<TileId>,
 }
 
-/// Moves staged tiles to their places, drops what is not wanted, and declares the layer finished.
+/// Moves staged tiles to the layer's tables, deletes the tiles that are not in `wanted`, and declares the layer finished.
 pub(super) fn finish(
     connection: &Connection,
     declaration: &Declaration,
@@ -39,7 +40,7 @@ pub(super) fn finish(
     }
     connection.execute("DELETE FROM overfly_sources WHERE layer = ?1", [layer])?;
     for source in &declaration.sources {
-        source::insert(connection, layer, Declared::Finished, source)?;
+        source::insert(connection, layer, SourceTable::Finished, source)?;
     }
     clear_pending(connection, layer)?;
     let tiles = declare(connection, declaration)?;
@@ -47,7 +48,7 @@ pub(super) fn finish(
     Ok(Finished { tiles, damaged })
 }
 
-/// Returns the first tile that did not come through whole.
+/// Moves the staged tiles of a layer to its tables. Returns the first tile that was damaged on the way.
 fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<TileId>> {
     let mut statement =
         connection.prepare("SELECT zoom, tile_column, tile_row FROM overfly_staged WHERE layer = ?1")?;
@@ -82,7 +83,7 @@ fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<
         ] {
             connection.prepare_cached(sql)?.execute(key)?;
         }
-        if let Some(Below::Damaged) = content::placed_child(connection, layer, tile)? {
+        if let Some(StoredChild::Damaged) = content::placed_child(connection, layer, tile)? {
             return Ok(Some(tile));
         }
     }
@@ -95,41 +96,7 @@ fn tiles_with_inputs(connection: &Connection, layer: &str) -> rusqlite::Result<V
     statement.query_map([layer], |row| footprint::tile_at(row, 0))?.collect()
 }
 
-/// Takes a tile's imagery, footprint, descriptors and cells away; the R-tree follows by its trigger.
-pub(super) fn clear_tile(connection: &Connection, layer: &str, tile: TileId) -> rusqlite::Result<()> {
-    let key = params![layer, tile.zoom(), tile.row(), tile.column()];
-    for sql in [
-        "DELETE FROM overfly_descriptors WHERE footprint = (SELECT fid FROM footprints
-             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
-        "DELETE FROM overfly_cells WHERE footprint = (SELECT fid FROM footprints
-             WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4)",
-        "DELETE FROM footprints WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4",
-        &format!(
-            "DELETE FROM \"{layer}\" WHERE ?1 NOT NULL AND zoom_level = ?2 AND tile_row = ?3 AND tile_column = ?4"
-        ),
-    ] {
-        connection.prepare_cached(sql)?.execute(key)?;
-    }
-    Ok(())
-}
-
-/// Notes what a tile was made from.
-pub(super) fn note_inputs(
-    connection: &Connection,
-    layer: &str,
-    tile: TileId,
-    inputs_hash: &[u8; 32],
-) -> rusqlite::Result<()> {
-    connection
-        .prepare_cached(
-            "INSERT OR REPLACE INTO overfly_tile_inputs (layer, zoom, tile_row, tile_column, inputs_hash)
-             VALUES (?1, ?2, ?3, ?4, ?5)",
-        )?
-        .execute(params![layer, tile.zoom(), tile.row(), tile.column(), inputs_hash])?;
-    Ok(())
-}
-
-/// Forgets a build under way and what it staged.
+/// Deletes a pending build and its staged tiles.
 pub(super) fn clear_pending(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     for table in ["overfly_pending", "overfly_pending_sources", "overfly_staged"] {
         connection.execute(&format!("DELETE FROM {table} WHERE layer = ?1"), [layer])?;
@@ -137,7 +104,7 @@ pub(super) fn clear_pending(connection: &Connection, layer: &str) -> rusqlite::R
     Ok(())
 }
 
-/// Takes a whole layer away.
+/// Deletes a layer.
 pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     clear_pending(connection, layer)?;
     for described in ["overfly_descriptors", "overfly_cells"] {
@@ -153,7 +120,7 @@ pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<(
     geopackage::declare_footprints(connection)
 }
 
-/// Writes the layer's row and its GeoPackage declaration from what stands in the tables.
+/// Writes the row of a layer and its GeoPackage declaration from the contents of its tables. Returns the number of tiles.
 pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rusqlite::Result<u64> {
     let Declaration { layer, sources, zoom_override, base_zoom, min_zoom } = declaration;
     let base: Vec<TileId> = connection
@@ -187,8 +154,8 @@ pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rus
     Ok(tiles.into())
 }
 
-/// The extent of tiles of one zoom: in the projection (never across the antimeridian: then all of it), and in degrees
-/// (west, south, east, north; west above east where it crosses).
+/// Returns the extent of tiles of one zoom: in the projection (the whole width if it crosses the antimeridian), and in degrees
+/// (west, south, east, north; west exceeds east if it crosses the antimeridian).
 fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
     let half_m = WORLD_M / 2.0;
     let Some(first) = tiles.first() else {
@@ -205,7 +172,7 @@ fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
     let mut columns: Vec<u32> = tiles.iter().map(|t| t.column()).collect();
     columns.sort_unstable();
     columns.dedup();
-    // The widest gap between neighbouring columns lies outside; the one from the last round to the first, by default.
+    // The widest gap between neighbouring columns lies outside the extent. It starts as the gap from the last column to the first.
     let size = 1u32 << first.zoom();
     let (mut west, mut east) = (columns[0], columns[columns.len() - 1]);
     let mut widest = size - 1 - (east - west);
@@ -219,8 +186,8 @@ fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
     (union, [longitude(west), south, longitude(east + 1), north])
 }
 
-/// Closes a store; where many of its pages are unused, rewrites it without them first, and then proves every tile: what
-/// SQLite cannot read to its end it takes for zeros, and writes these. Where it cannot be rewritten it stays as it is.
+/// Closes a store. If many of its pages are unused, rewrites it without them first, and then verifies every tile: SQLite takes
+/// pages that it cannot read to their end for zeros, and copies these. If the store cannot be rewritten, it stays as it is.
 ///
 /// # Errors
 /// [`StoreError::Damaged`], or where the disk fails.
@@ -231,8 +198,8 @@ pub(super) fn compact(connection: Connection, path: &Path) -> Result<(), StoreEr
         && unused > UNUSED_SHARE * all
         && unused > 64.0
     {
-        // By a file on the way and not in memory, however large the store is. Failing is no failure of the build: unused pages
-        // are used again.
+        // With a temporary file instead of memory, because the store may be large. A failure here is not a failure of the build:
+        // SQLite reuses the unused pages.
         rewritten = connection.execute_batch("PRAGMA temp_store = FILE; PRAGMA cache_spill = 1; VACUUM").is_ok();
     }
     connection.close().map_err(|(_, e)| StoreError::sqlite(path, e))?;

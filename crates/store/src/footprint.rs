@@ -1,30 +1,30 @@
-//! `Footprint`: what is known of one tile; a row of the feature table.
+//! `Footprint`: the properties of one tile, a row of the feature table.
 
 use overfly_core::tile::TileId;
 use rusqlite::Row;
 
-/// What is known of one tile.
+/// The properties of one tile.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Footprint {
-    /// Which tile.
+    /// The tile.
     pub tile: TileId,
-    /// BLAKE3 of its content.
+    /// BLAKE3 hash of the content.
     pub content_hash: [u8; 32],
-    /// Newest acquisition date seen in it, ISO 8601, where known.
+    /// Newest acquisition date of its sources, ISO 8601, if known.
     pub acquired: Option<String>,
-    /// Share of valid pixels.
+    /// Share of valid pixels, above 0 and at most 1.
     pub valid_fraction: f64,
-    /// One standard deviation per axis of the map itself here, metres.
+    /// Position error of the map here, one standard deviation per axis, metres.
     pub horizontal_error_m: f64,
-    /// Keypoints described in it.
+    /// Number of described keypoints.
     pub keypoints: u32,
     /// See `feature::keypoint::distinctiveness`.
     pub distinctiveness: f64,
-    /// Content hashes of the sources seen in it, hexadecimal, newest first, separated by spaces.
+    /// Content hashes of its visible sources, hexadecimal, newest first, separated by spaces.
     pub sources: String,
 }
 
-/// The columns that [`read`] takes, in its order, of a table or alias `f`.
+/// The columns that [`read`] expects, in order, from a table with the alias `f`.
 pub(super) const COLUMNS: &str = "f.zoom, f.tile_column, f.tile_row, f.content_hash, f.acquired, f.valid_fraction,
     f.horizontal_error_m, f.keypoints, f.distinctiveness, f.sources";
 
@@ -41,7 +41,7 @@ pub(super) fn read(row: &Row<'_>) -> rusqlite::Result<Footprint> {
     })
 }
 
-/// The tile whose zoom, column and row stand from column `first` on.
+/// Reads a tile from three columns: zoom, column and row, beginning at `first`.
 pub(super) fn tile_at(row: &Row<'_>, first: usize) -> rusqlite::Result<TileId> {
     let column: u32 = row.get(first + 1)?;
     TileId::new(row.get(first)?, column, row.get(first + 2)?)

@@ -1,5 +1,5 @@
-//! Footprint geometries as GeoPackage binary (OGC 12-128r18, 2.1.3), and the `ST_` functions that the R-tree's
-//! triggers call.
+//! Footprint geometries as GeoPackage binary (OGC 12-128r18, 2.1.3), and the `ST_` functions that the triggers of the R-tree
+//! call.
 
 use overfly_core::tile::MercatorBounds;
 use rusqlite::Connection;
@@ -12,7 +12,7 @@ const ENVELOPE_XY: u8 = 1 << 1;
 const LITTLE_ENDIAN: u8 = 1;
 const EMPTY: u8 = 1 << 4;
 
-/// A rectangle as a polygon of five points, with its envelope (min x, max x, min y, max y) in the header.
+/// Encodes a rectangle as a polygon of five points, with its envelope (min x, max x, min y, max y) in the header.
 pub fn polygon_blob(bounds: &MercatorBounds) -> Vec<u8> {
     let MercatorBounds { min_x_m, min_y_m, max_x_m, max_y_m } = *bounds;
     let mut blob = Vec::with_capacity(40 + 93);
@@ -34,8 +34,8 @@ pub fn polygon_blob(bounds: &MercatorBounds) -> Vec<u8> {
     blob
 }
 
-/// The envelope of a geometry blob that states one: min x, max x, min y, max y. `None` where it is empty, states
-/// none, or is no such blob.
+/// Reads the envelope of a geometry blob: min x, max x, min y, max y. `None` if the geometry is empty, has no envelope, or the
+/// bytes are not a geometry blob.
 pub fn envelope(blob: &[u8]) -> Option<[f64; 4]> {
     let flags = *blob.get(3)?;
     let kind = (flags >> 1) & 7;
@@ -50,10 +50,10 @@ pub fn envelope(blob: &[u8]) -> Option<[f64; 4]> {
     Some(values)
 }
 
-/// Registers `ST_MinX ST_MaxX ST_MinY ST_MaxY ST_IsEmpty`: needed on every connection that writes footprints.
+/// Registers `ST_MinX ST_MaxX ST_MinY ST_MaxY ST_IsEmpty`. Every connection that writes footprints needs them.
 ///
 /// # Errors
-/// Where SQLite cannot take them.
+/// Where SQLite cannot register them.
 pub fn register_functions(connection: &Connection) -> rusqlite::Result<()> {
     let flags = FunctionFlags::SQLITE_UTF8 | FunctionFlags::SQLITE_DETERMINISTIC | FunctionFlags::SQLITE_INNOCUOUS;
     let read = |context: &Context<'_>| context.get_raw(0).as_blob().ok().and_then(envelope);
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn states_the_envelope_it_was_made_from() {
+    fn reads_back_the_envelope() {
         let bounds = MercatorBounds { min_x_m: -1.5, min_y_m: 2.0, max_x_m: 3.25, max_y_m: 4.0 };
         let blob = polygon_blob(&bounds);
         assert_eq!(blob.len(), 8 + 32 + 13 + 80);

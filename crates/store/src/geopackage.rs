@@ -1,16 +1,16 @@
-//! A layer's tile table, and the rows by which a GeoPackage declares it.
+//! The tile table of a layer, and the rows that declare it in a GeoPackage.
 
 use super::geometry::SRS_ID;
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX};
 use rusqlite::{Connection, params};
 
-/// Metres of the projection that a pixel spans at a zoom.
+/// Size of a pixel at a zoom, metres of the projection.
 pub fn pixel_size_m(zoom: u8) -> f64 {
     WORLD_M / f64::from(TILE_SIZE_PX) / f64::from(1u32 << zoom)
 }
 
-/// Makes a layer's tile table: the five standard columns (OGC 12-128r18, 2.2.8).
+/// Creates the tile table of a layer with the five standard columns (OGC 12-128r18, 2.2.8).
 pub(super) fn create_tile_table(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     connection.execute_batch(&format!(
         "CREATE TABLE IF NOT EXISTS \"{layer}\" (
@@ -24,7 +24,7 @@ pub(super) fn create_tile_table(connection: &Connection, layer: &str) -> rusqlit
     ))
 }
 
-/// Declares a finished layer, or declares it anew: contents, tile matrix set, a matrix for each zoom.
+/// Declares a finished layer: contents, tile matrix set, and a tile matrix for each zoom. Replaces an older declaration.
 pub(super) fn declare(
     connection: &Connection,
     layer: &str,
@@ -56,7 +56,7 @@ pub(super) fn declare(
     Ok(())
 }
 
-/// Takes a layer's declaration back.
+/// Deletes the declaration of a layer.
 pub(super) fn withdraw(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     for table in ["gpkg_tile_matrix", "gpkg_tile_matrix_set", "gpkg_contents"] {
         connection.execute(&format!("DELETE FROM {table} WHERE table_name = ?1"), [layer])?;
@@ -64,7 +64,7 @@ pub(super) fn withdraw(connection: &Connection, layer: &str) -> rusqlite::Result
     Ok(())
 }
 
-/// Brings the footprints' declaration up to date with the finished layers.
+/// Updates the declaration of the footprints from those of the finished layers.
 pub(super) fn declare_footprints(connection: &Connection) -> rusqlite::Result<()> {
     connection.execute(
         "UPDATE gpkg_contents SET (min_x, min_y, max_x, max_y, last_change) = (
@@ -76,7 +76,7 @@ pub(super) fn declare_footprints(connection: &Connection) -> rusqlite::Result<()
     Ok(())
 }
 
-/// An acquisition date as GeoPackage wants times; the epoch where none is known.
+/// Formats an acquisition date as a GeoPackage time: the Unix epoch if the date is unknown.
 pub(super) fn last_change(acquired: Option<&str>) -> String {
     let date = acquired.and_then(|a| a.get(..10)).unwrap_or("1970-01-01");
     match acquired.and_then(|a| a.get(10..19)) {

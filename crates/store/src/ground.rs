@@ -1,40 +1,23 @@
-//! The ground as searches see it: gray tiles and their structure, at any level, remembered between searches.
+//! The ground as searches use it: gray tiles and their structure, at any level, cached between searches.
 //!
-//! A tile's structure takes a few milliseconds to decode and describe and half a megabyte a channel pair; stored it
-//! would be ten times the JPEG. So it is worked out when first asked for, and as much is kept as a flight needs.
+//! The structure of a tile takes a few milliseconds to compute and half a megabyte for each pair of channels; stored, it would
+//! have ten times the size of the JPEG. So it is computed on demand and cached.
 
-use super::shelf::Shelf;
-use super::{Keep, Layer, Reader, StoreError};
+use super::ground_cache::GrayTile;
+use super::{Layer, Reader, StoreError};
 use overfly_core::feature::{BORDER_PX, Structure};
 use overfly_core::pixels::{Gray, Mask};
 use overfly_core::tile::{MAX_ZOOM, TILE_SIZE_PX, TileId};
 use std::sync::Arc;
 
-/// Brightness and validity of one tile.
-type GrayTile = (Gray, Mask);
-
 const SIZE_PX: i64 = TILE_SIZE_PX as i64;
 
-/// What a reader remembers of the ground.
-#[derive(Debug)]
-pub(super) struct Ground {
-    grays: Shelf<GrayTile>,
-    structures: Shelf<Structure>,
-}
-
-impl Ground {
-    pub fn new(keep: &Keep) -> Self {
-        let [grays, structures] = keep.tiles();
-        Self { grays: Shelf::new(grays), structures: Shelf::new(structures) }
-    }
-}
-
 impl Reader {
-    /// The structure of a tile, neighbours seen across its edges; `None` where the layer has no such tile. Levels below
-    /// the layer's coarsest are derived from it. Columns may run past the antimeridian; beyond the poles there is nothing.
+    /// Returns the structure of a tile, computed with its neighbours: `None` if the layer has no such tile. Levels coarser than the
+    /// coarsest of the layer are derived from that one. `column` may run past the antimeridian; no tile lies beyond the poles.
     ///
     /// # Errors
-    /// Where the layer is unfinished or a tile damaged.
+    /// Where the layer is unfinished or a tile is damaged.
     pub fn structure(
         &self,
         layer: &Layer,
@@ -64,7 +47,7 @@ impl Reader {
         Ok(Some(structure))
     }
 
-    /// Brightness and validity of a tile.
+    /// Returns brightness and mask of a tile.
     fn gray(&self, layer: &Layer, zoom: u8, column: i64, row: i64) -> Result<Option<Arc<GrayTile>>, StoreError> {
         let Some(id) = tile_at(zoom, column, row) else { return Ok(None) };
         self.ground.grays.get((self.index_of(layer), id), || {
@@ -75,7 +58,7 @@ impl Reader {
         })
     }
 
-    /// A tile coarser than the store's overviews, from its four children.
+    /// Computes a tile coarser than the overviews of the store, from its four children.
     fn overview(&self, layer: &Layer, id: TileId) -> Result<Option<GrayTile>, StoreError> {
         let Some(children) = id.children() else { return Ok(None) };
         let side = 2 * SIZE_PX as usize;
@@ -95,14 +78,14 @@ impl Reader {
     }
 }
 
-/// The tile of a column that may run past the antimeridian; `None` beyond the poles.
+/// Returns the tile of a column that may run past the antimeridian: `None` beyond the poles.
 fn tile_at(zoom: u8, column: i64, row: i64) -> Option<TileId> {
     let matrix = 1i64 << zoom.min(MAX_ZOOM);
     let inside = (0..matrix).contains(&row);
     inside.then(|| TileId::new(zoom, column.rem_euclid(matrix) as u32, row as u32).ok()).flatten()
 }
 
-/// Copies what of a tile falls into a window, its corner at `at` in the window.
+/// Copies the part of a tile that lies inside a window. `at` is the corner of the tile in the window.
 fn paste(tile: &GrayTile, at: [i64; 2], window: &mut GrayTile) {
     let (gray, mask) = (&mut window.0, &mut window.1);
     let (width, height) = (gray.width_px() as i64, gray.height_px() as i64);

@@ -1,4 +1,4 @@
-//! `EncodedTile`: a tile's pixels as stored. JPEG where every pixel is valid, PNG with alpha where some are missing.
+//! `EncodedTile`: the pixels of a tile as stored. JPEG if every pixel is valid, else PNG with alpha.
 
 use super::StoreError;
 use image::{ExtendedColorType, ImageEncoder, ImageFormat};
@@ -7,24 +7,24 @@ use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::{TILE_SIZE_PX, TileId};
 use std::io::Cursor;
 
-/// Of tiles whose pixels are all valid.
+/// JPEG quality of tiles whose pixels are all valid.
 pub const JPEG_QUALITY: u8 = 90;
 
-/// A tile's imagery as stored.
+/// The imagery of a tile as stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EncodedTile {
-    /// "image/jpeg", "image/png" or "image/webp".
+    /// `image/jpeg` or `image/png`.
     pub media_type: &'static str,
-    /// The file's bytes.
+    /// The encoded image.
     pub bytes: Vec<u8>,
-    /// BLAKE3 of the tile's content, for ETags.
+    /// BLAKE3 hash of the content of the tile, for ETags.
     pub content_hash: [u8; 32],
 }
 
-/// A tile's pixels as a file: media type and bytes.
+/// Encodes the pixels of a tile, and returns media type and bytes.
 ///
 /// # Errors
-/// Where the encoder refuses.
+/// [`StoreError::Encode`].
 pub fn encode(tile: TileId, pixels: &MaskedColour) -> Result<(&'static str, Vec<u8>), StoreError> {
     let refuse = |reason: String| StoreError::Encode { tile, reason };
     if pixels.mask.is_full() {
@@ -33,7 +33,7 @@ pub fn encode(tile: TileId, pixels: &MaskedColour) -> Result<(&'static str, Vec<
     let mut bytes = Vec::with_capacity(128 * 1024);
     let mut rgba = Vec::with_capacity(pixels.mask.values().len() * 4);
     for (rgb, &valid) in pixels.colour.values().chunks_exact(3).zip(pixels.mask.values()) {
-        // Missing pixels are black, whatever was below: equal tiles have equal bytes.
+        // Missing pixels are written black: equal tiles have equal bytes.
         rgba.extend_from_slice(&if valid == 0 { [0; 4] } else { [rgb[0], rgb[1], rgb[2], 255] });
     }
     image::codecs::png::PngEncoder::new(&mut bytes)
@@ -51,11 +51,11 @@ fn jpeg(colour: &Colour, quality: u8) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// A stored tile's picture with a JPEG's quality of 1 to 100; as it is where that is no smaller, and where pixels are missing
-/// (a PNG: what is missing must stay exact).
+/// Encodes the JPEG of a stored tile again with a quality of 1 to 100. Returns it unchanged if that makes it no smaller. A PNG is
+/// always returned unchanged, because its mask must stay exact.
 ///
 /// # Errors
-/// Where it cannot be decoded or encoded.
+/// [`StoreError::Encode`] if it cannot be decoded or encoded.
 pub fn recode(tile: TileId, bytes: Vec<u8>, quality: u8) -> Result<Vec<u8>, StoreError> {
     if media_type(&bytes) != Some("image/jpeg") {
         return Ok(bytes);
@@ -65,7 +65,7 @@ pub fn recode(tile: TileId, bytes: Vec<u8>, quality: u8) -> Result<Vec<u8>, Stor
     Ok(if recoded.len() < bytes.len() { recoded } else { bytes })
 }
 
-/// The media type that a stored tile's first bytes tell.
+/// Recognises the media type of a stored tile by its first bytes.
 pub fn media_type(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
         [0xff, 0xd8, 0xff, ..] => Some("image/jpeg"),
@@ -74,7 +74,10 @@ pub fn media_type(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The pixels and mask of a stored tile; what is wrong with it otherwise.
+/// Decodes the pixels and mask of a stored tile.
+///
+/// # Errors
+/// What is wrong with the image.
 pub fn decode(bytes: &[u8]) -> Result<MaskedColour, String> {
     let format = match media_type(bytes) {
         Some("image/jpeg") => ImageFormat::Jpeg,
@@ -128,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_whole_tiles_nearly() {
+    fn keeps_whole_tiles_within_jpeg_error() {
         let tile = striped();
         let (media, bytes) = encode(TileId::new(3, 1, 1).unwrap(), &tile).unwrap();
         assert_eq!((media, media_type(&bytes)), ("image/jpeg", Some("image/jpeg")));
@@ -140,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_tile() {
+    fn rejects_images_that_are_not_tiles() {
         let mut small = Vec::new();
         Encoder::new(&mut small, 90).encode(&[0; 12], 2, 2, ColorType::Rgb).unwrap();
         for bytes in [&b""[..], b"hello", &[0xff, 0xd8, 0xff, 0xe0], &small] {

@@ -1,34 +1,34 @@
-//! `Layer`: one epoch of imagery, and how it may be named.
+//! `Layer`: one epoch of imagery, and the rules for its name.
 
 use super::StoreError;
 use rusqlite::{Connection, Row};
 use serde::Serialize;
 use std::path::Path;
 
-/// One epoch of imagery: a tile table of its own.
+/// One epoch of imagery, with its own tile table.
 #[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
 pub struct Layer {
-    /// Its name, `ortho` by default.
+    /// Name, `ortho` by default.
     pub name: String,
-    /// The finest level: what sources are warped to.
+    /// Zoom of the finest level, to which sources are warped.
     pub base_zoom: u8,
-    /// The coarsest overview.
+    /// Zoom of the coarsest overview.
     pub min_zoom: u8,
-    /// Tiles at the base level.
+    /// Number of tiles at the base level.
     pub base_tiles: u64,
-    /// Tiles at all levels.
+    /// Number of tiles at all levels.
     pub tiles: u64,
-    /// Extent, degrees: west, south, east, north. West may exceed east: then it crosses the antimeridian.
+    /// Extent, degrees: west, south, east, north. West exceeds east where the layer crosses the antimeridian.
     pub bounds_deg: [f64; 4],
-    /// Earliest and latest acquisition date of its sources, where known.
+    /// Earliest and latest acquisition date of its sources, if known.
     pub acquired: Option<(String, String)>,
-    /// Whether its last build was finished; an unfinished layer answers nothing.
+    /// Whether its first build was finished. An unfinished layer answers no queries.
     pub complete: bool,
-    /// BLAKE3 of its logical content, hexadecimal; `None` while it is unfinished.
+    /// BLAKE3 digest of the logical content, hexadecimal: `None` while the layer is unfinished.
     pub digest: Option<String>,
 }
 
-/// Checks a layer's name: it also names its tile table.
+/// Checks the name of a layer, which is also the name of its tile table.
 ///
 /// # Errors
 /// [`StoreError::LayerName`].
@@ -41,7 +41,7 @@ pub fn check_name(name: &str) -> Result<(), StoreError> {
     if shaped && !reserved && name != "footprints" { Ok(()) } else { Err(StoreError::LayerName { name: name.into() }) }
 }
 
-/// Every layer by name, finished or not.
+/// Reads every layer by name, finished or not.
 pub(super) fn load_all(connection: &Connection, path: &Path) -> Result<Vec<Layer>, StoreError> {
     let fail = |e| StoreError::sqlite(path, e);
     let mut statement = connection
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn takes_plain_names_only() {
+    fn accepts_plain_names_only() {
         for name in ["ortho", "2018", "epoch_2", "a-b"] {
             assert!(check_name(name).is_ok(), "{name}");
         }

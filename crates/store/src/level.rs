@@ -1,27 +1,27 @@
-//! `LevelDigests`: what one level of a layer hashes to, so that it verifies alone.
+//! `LevelDigests`: the digests of one level of a layer, so that a level can be verified alone.
 
 use super::cells::TileCells;
 use super::digest;
 use super::footprint::Footprint;
 use serde::{Deserialize, Serialize};
 
-/// One level of a layer.
+/// The digests of one level of a layer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelDigests {
-    /// Zoom.
+    /// Zoom of the level.
     pub zoom: u8,
-    /// Tiles.
+    /// Number of tiles.
     pub tiles: u64,
-    /// Of its footprints, each of which states its tile's content hash; hexadecimal.
+    /// Digest of the footprints, hexadecimal. Each footprint states the content hash of its tile.
     pub footprints: String,
-    /// Of its cells, hexadecimal.
+    /// Digest of the cells, hexadecimal.
     pub cells: String,
 }
 
 impl LevelDigests {
-    /// Of footprints and cells of one level, each by row and column.
-    pub(super) fn of(zoom: u8, footprints: &[Footprint], cells: &[TileCells]) -> Self {
+    /// Computes the digests from footprints and cells, each by row and column.
+    pub(super) fn from_rows(zoom: u8, footprints: &[Footprint], cells: &[TileCells]) -> Self {
         Self {
             zoom,
             tiles: footprints.len() as u64,

@@ -1,10 +1,10 @@
-//! The store format's versions: the SQL files of `migrations/`, applied in order, never back.
+//! The format versions of a store: the SQL files of `migrations/`, applied in order, forward only.
 
 use super::StoreError;
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
-/// Number, name and text of each step.
+/// Version, name and SQL of each migration.
 const MIGRATIONS: [(u32, &str, &str); 4] = [
     (1, "geopackage", include_str!("../../../migrations/01-geopackage/up.sql")),
     (2, "store", include_str!("../../../migrations/02-store/up.sql")),
@@ -12,10 +12,10 @@ const MIGRATIONS: [(u32, &str, &str); 4] = [
     (4, "manifest", include_str!("../../../migrations/04-manifest/up.sql")),
 ];
 
-/// The version this program reads and writes: that of the last migration.
+/// The format version that this program reads and writes: the version of the last migration.
 pub const FORMAT_VERSION: u32 = MIGRATIONS[MIGRATIONS.len() - 1].0;
 
-/// The version of a store; 0 for an empty file; `None` where the database is not overfly's.
+/// Reads the format version of a store: 0 for an empty file, `None` if the database is not a store.
 ///
 /// # Errors
 /// Where SQLite fails.
@@ -38,7 +38,7 @@ pub fn version_of(connection: &Connection, path: &Path) -> Result<Option<u32>, S
         .map_err(fail)
 }
 
-/// Brings a store from `from` to [`FORMAT_VERSION`]; the caller holds the transaction.
+/// Migrates a store from version `from` to [`FORMAT_VERSION`]. The caller holds the transaction.
 ///
 /// # Errors
 /// Where SQLite fails.
@@ -53,7 +53,7 @@ pub fn migrate(connection: &Connection, from: u32) -> rusqlite::Result<()> {
     Ok(())
 }
 
-/// Refuses versions other than this program's.
+/// Rejects any version but this program's.
 ///
 /// # Errors
 /// [`StoreError::NewerFormat`], [`StoreError::OlderFormat`].
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn goes_on_from_any_earlier_version() {
+    fn migrates_from_any_earlier_version() {
         for from in 0..FORMAT_VERSION {
             let connection = Connection::open_in_memory().unwrap();
             super::super::geometry::register_functions(&connection).unwrap();

@@ -1,69 +1,98 @@
-//! `Reader`: a store opened for reading. No method writes.
+//! `Reader`: a store that is open for reading. No method writes.
 
+use super::cache_limits::CacheLimits;
 use super::cells::CellCache;
 use super::connection::{self, Access};
+use super::contract::require_contract;
 use super::damage::{Damage, DamageLog};
-use super::draft::Draft;
+use super::file_stamp::FileStamp;
 use super::footprint::{self, Footprint};
-use super::ground::Ground;
-use super::keep::Keep;
+use super::footprint_proof::FootprintProof;
+use super::ground_cache::GroundCache;
 use super::layer::{self, Layer};
-use super::source::{self, Declared, Source};
-use super::stamp::Stamp;
-use super::window::{rounded_outward, windows_on_the_map};
-use super::witness::Witness;
-use super::{FORMAT_VERSION, StoreError, digest, manifest, require_contract};
-use overfly_core::tile::{MercatorBounds, TileId};
-use rusqlite::{Connection, OptionalExtension, Params};
+use super::layer_state::LayerState;
+use super::source::{self, Source, SourceTable};
+use super::{FORMAT_VERSION, StoreError, digest, manifest};
+use overfly_core::tile::TileId;
+use parking_lot::Mutex;
+use rusqlite::{Connection, Params};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
-/// A store opened for reading. `Send + Sync` (a pool of connections within); no method writes.
+/// A store that is open for reading. Threads can share it: it holds a pool of connections.
+///
+/// # Example
+/// ```
+/// use overfly_core::feature::keypoint::CONTRACT;
+/// use overfly_core::pixels::{Colour, Mask, MaskedColour};
+/// use overfly_core::tile::TileId;
+/// use overfly_store::{BuiltTile, Declaration, Reader, TileContent, Writer};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("map.gpkg");
+/// let tile = TileId::new(14, 8580, 5733)?;
+/// let grey = Colour::from_values(512, 512, vec![120; 512 * 512 * 3]).expect("three values a pixel");
+/// let pixels = MaskedColour { colour: grey, mask: Mask::filled(512, 512, true) };
+/// let content = Some(TileContent::encode(tile, &pixels, &[], None)?);
+/// let layer = "ortho".to_owned();
+/// let declaration = Declaration { layer, sources: Vec::new(), zoom_override: None, base_zoom: 14, min_zoom: 14 };
+/// let mut writer = Writer::begin(&path, CONTRACT, declaration)?;
+/// writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content })?;
+/// assert_eq!(writer.finish(&|_| true)?, Some(1));
+///
+/// let store = Reader::open(&path)?;
+/// let layer = store.layer("ortho")?;
+/// assert_eq!((layer.base_zoom, layer.tiles), (14, 1));
+/// assert_eq!(store.footprints(layer, 14)?[0].tile, tile);
+/// let stored = store.tile(layer, tile)?.expect("the tile was put");
+/// assert!(stored.colour.values()[0].abs_diff(120) <= 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Reader {
     path: PathBuf,
     access: Access,
-    keep: Keep,
+    limits: CacheLimits,
     idle: Mutex<Vec<Connection>>,
     layers: Vec<Layer>,
     contract: String,
     digest: String,
     bytes: u64,
-    /// Of the file as it was when its digest was last seen to be `digest`.
-    stamp: Mutex<Stamp>,
-    /// What was worked out of tiles.
-    pub(super) ground: Ground,
+    /// The stamp of the file when its digest was last found to be `digest`.
+    stamp: Mutex<FileStamp>,
+    /// Caches of decoded and described tiles.
+    pub(super) ground: GroundCache,
     pub(super) cells: CellCache,
-    /// What the cells of each layer and level must hash to, where an exported store states it.
+    /// The digests of the cells by layer and zoom, if the manifest of an exported store states them.
     pub(super) stated_cells: HashMap<(String, u8), [u8; 32]>,
     manifest: Option<String>,
-    /// Every footprint, proved by its layer's digest; onboard only.
-    witness: Option<Witness>,
+    /// Onboard only: every footprint, proved by the digest of its layer.
+    proof: Option<FootprintProof>,
     pub(super) damage: DamageLog,
 }
 
 impl Reader {
-    /// Opens a finished store for reading. Reads a few rows, however large the store is.
+    /// Opens a store for reading. Reads only a few rows, however large the store is.
     ///
     /// # Errors
-    /// Where the file is absent, no store, of another format or contract, damaged, or holds no finished layer.
+    /// Where the file does not exist, is not a store, has another format or contract, is damaged, or has no finished layer.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
-        Self::open_as(path, Access::Shared)
+        Self::open_with(path, Access::Shared)
     }
 
-    /// Opens it as the aircraft does: immutable, no locks, no side files, refused beside a non-empty `-wal` or `-journal`.
-    /// Every footprint is read, its layer's digest proved, and what the indexes say later is held against it; a tile that
-    /// turns out damaged is no tile to searches, and told of in [`Reader::damage`].
+    /// Opens a store as the aircraft does: immutable, without locks and side files. Reads every footprint and proves the digest
+    /// of each layer. Later answers of the indexes are compared with these footprints. A search skips a damaged tile, and
+    /// [`Reader::damage`] reports it.
     ///
     /// # Errors
-    /// As [`Reader::open`], [`StoreError::SideFile`], and where the footprints do not give the layers' digests.
+    /// As [`Reader::open`]; [`StoreError::SideFile`] beside a non-empty `-wal` or `-journal` file; where the footprints do not have
+    /// the digests of the layers.
     pub fn open_onboard(path: &Path) -> Result<Self, StoreError> {
-        Self::open_as(path, Access::Immutable)
+        Self::open_with(path, Access::Immutable)
     }
 
-    fn open_as(path: &Path, access: Access) -> Result<Self, StoreError> {
-        let stamp = Stamp::of(path)?;
+    fn open_with(path: &Path, access: Access) -> Result<Self, StoreError> {
+        let stamp = FileStamp::read(path)?;
         let connection = connection::open_read(path, access)?;
         let contract = require_contract(&connection, path)?;
         let layers = layer::load_all(&connection, path)?;
@@ -77,81 +106,84 @@ impl Reader {
         let fail = |e| StoreError::sqlite(path, e);
         let digest = stored_digest(&connection, &contract).map_err(fail)?;
         let manifest = manifest::read(&connection).map_err(fail)?;
-        let witness = match access {
+        let proof = match access {
             Access::Shared => None,
-            Access::Immutable => Some(Witness::of(&connection, &layers, path)?),
+            Access::Immutable => Some(FootprintProof::read(&connection, &layers, path)?),
         };
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
         let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
         Ok(Self {
             path: path.into(),
             access,
-            keep: Keep::default(),
+            limits: CacheLimits::default(),
             idle,
             layers,
             contract,
             digest,
             bytes,
             stamp,
-            ground: Ground::new(&Keep::default()),
-            cells: CellCache::new(Keep::default().cells_bytes),
+            ground: GroundCache::new(&CacheLimits::default()),
+            cells: CellCache::new(CacheLimits::default().cells_bytes),
             stated_cells: HashMap::new(),
             manifest,
-            witness,
+            proof,
             damage: DamageLog::default(),
         })
     }
 
-    /// The same, knowing what the cells of each layer and level must hash to ([`super::LevelDigests`]).
+    /// Returns the reader with the digests of the cells by layer and zoom ([`super::LevelDigests::cells`]). Cells are then compared
+    /// with them.
     pub fn with_stated_cells(self, stated: HashMap<(String, u8), [u8; 32]>) -> Self {
         Self { stated_cells: stated, ..self }
     }
 
-    /// The same, holding no more in memory than `keep` says; what was held so far is let go.
+    /// Returns the reader with other cache limits and empty caches.
     ///
     /// # Errors
-    /// Where SQLite refuses.
-    pub fn keeping(self, keep: Keep) -> Result<Self, StoreError> {
+    /// Where SQLite fails.
+    pub fn with_cache_limits(self, limits: CacheLimits) -> Result<Self, StoreError> {
         {
-            let mut idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            idle.truncate(keep.connections);
+            let mut idle = self.idle.lock();
+            idle.truncate(limits.connections);
             for connection in idle.iter() {
-                connection::hold_pages(connection, keep.pages_bytes).map_err(|e| StoreError::sqlite(&self.path, e))?;
+                connection::limit_pages(connection, limits.pages_bytes)
+                    .map_err(|e| StoreError::sqlite(&self.path, e))?;
             }
         }
-        Ok(Self { ground: Ground::new(&keep), cells: CellCache::new(keep.cells_bytes), keep, ..self })
+        Ok(Self { ground: GroundCache::new(&limits), cells: CellCache::new(limits.cells_bytes), limits, ..self })
     }
 
-    /// The manifest of an exported store, as its row holds it.
+    /// The manifest of an exported store, as stored: `None` for a built store.
     pub fn manifest(&self) -> Option<&str> {
         self.manifest.as_deref()
     }
 
-    /// The tiles found damaged so far, onboard: they are neither served nor matched.
+    /// The damaged tiles found so far. Only a store opened onboard records them.
     pub fn damage(&self) -> Damage {
-        self.damage.told()
+        self.damage.summary()
     }
 
-    /// Whether it was opened as the aircraft does.
+    /// Whether the store was opened with [`Reader::open_onboard`].
     pub(super) fn is_onboard(&self) -> bool {
         self.access == Access::Immutable
     }
 
-    /// What the footprints' digest proves of a tile, onboard.
-    pub(super) fn witness(&self) -> Option<&Witness> {
-        self.witness.as_ref()
+    /// The proved footprints, onboard only.
+    pub(super) fn footprint_proof(&self) -> Option<&FootprintProof> {
+        self.proof.as_ref()
     }
 
-    /// Checks that the file still is what was opened: layers and digest are read once. A store that is only being added
-    /// to is; one whose finished layers have changed, that was replaced, or (opened immutable) written to at all is not.
-    /// Cheap: one look at the folder unless the file was written.
+    /// Checks that the file still holds the store that was opened. Costs one `stat` unless the file was written.
+    ///
+    /// A pending build may write to the file. The check fails if a finished layer has changed, the file was replaced, or a store
+    /// that was opened onboard was written at all.
     ///
     /// # Errors
     /// [`StoreError::Changed`], and where the store is damaged.
     pub fn check_unchanged(&self) -> Result<(), StoreError> {
         let changed = || StoreError::Changed { path: self.path.clone() };
-        let now = Stamp::of(&self.path).map_err(|_| changed())?;
-        let seen = *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let now = FileStamp::read(&self.path).map_err(|_| changed())?;
+        let seen = *self.stamp.lock();
         if now == seen {
             return Ok(());
         }
@@ -162,70 +194,69 @@ impl Reader {
         if digest::hex(&digest) != self.digest {
             return Err(changed());
         }
-        *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = now;
+        *self.stamp.lock() = now;
         Ok(())
     }
 
-    /// Reads the file anew, on a connection that holds nothing of it yet: what is kept in memory answers even where the
-    /// medium is gone.
+    /// Reads the file on a new connection with an empty cache: cached pages would answer even if the medium were gone.
     ///
     /// # Errors
-    /// Where it cannot be opened or read, or is not the store that was opened.
+    /// Where the file cannot be opened or read, and [`StoreError::Changed`].
     pub fn check_readable(&self) -> Result<(), StoreError> {
         let connection = self.reopen()?;
         let found = stored_digest(&connection, &self.contract).map_err(|e| StoreError::sqlite(&self.path, e))?;
         if digest::hex(&found) == self.digest { Ok(()) } else { Err(StoreError::Changed { path: self.path.clone() }) }
     }
 
-    /// The file it reads.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The whole-store digest over the finished layers, hexadecimal: equal inputs give equal digests.
+    /// The digest of the store over its finished layers, hexadecimal. Equal inputs give equal digests.
     pub fn digest(&self) -> &str {
         &self.digest
     }
 
-    /// The contract that its descriptors follow (`feature::keypoint::CONTRACT`).
+    /// The contract that the descriptors follow (`feature::keypoint::CONTRACT`).
     pub fn descriptor_contract(&self) -> &str {
         &self.contract
     }
 
-    /// The store format's version: that of its last migration.
+    /// The format version of the store: the version of its last migration.
     pub fn format_version(&self) -> u32 {
         FORMAT_VERSION
     }
 
-    /// Size of the file when it was opened.
+    /// Size of the file when it was opened, bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// The layers, by name, unfinished ones included (see [`Layer::complete`]).
+    /// The layers by name, including unfinished ones (see [`Layer::complete`]).
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// The layers that answer queries, by name.
+    /// The finished layers by name. Only these answer queries.
     pub fn finished_layers(&self) -> impl Iterator<Item = &Layer> {
         self.layers.iter().filter(|l| l.complete)
     }
 
-    /// Refuses a store in which a build is under way: what was made so far is in no digest.
+    /// Checks that no build is pending: no digest covers the tiles of a pending build.
     ///
     /// # Errors
     /// [`StoreError::Unfinished`].
-    pub fn require_settled(&self) -> Result<(), StoreError> {
+    pub fn require_no_pending_build(&self) -> Result<(), StoreError> {
         for layer in &self.layers {
-            if !layer.complete || Draft::read(&self.path, &layer.name)?.pending {
+            if !layer.complete || LayerState::read(&self.path, &layer.name)?.pending {
                 return Err(StoreError::Unfinished { path: self.path.clone(), layer: layer.name.clone() });
             }
         }
         Ok(())
     }
 
-    /// A complete layer by name.
+    /// Returns a finished layer by name.
     ///
     /// # Errors
     /// [`StoreError::NoLayer`], [`StoreError::Unfinished`].
@@ -238,104 +269,14 @@ impl Reader {
         Ok(layer)
     }
 
-    /// The orthophotos a layer is made of, in order of covering: the first covers the others.
+    /// Returns the sources of a layer in covering order: the first covers the others.
     ///
     /// # Errors
     /// Where the store is damaged.
     pub fn sources(&self, layer: &Layer) -> Result<Vec<Source>, StoreError> {
-        let mut sources = self.with(|c| source::load(c, &layer.name, Declared::Finished))?;
+        let mut sources = self.with(|c| source::load(c, &layer.name, SourceTable::Finished))?;
         sources.sort_by(Source::covering_order);
         Ok(sources)
-    }
-
-    /// Footprints of one zoom whose exact bounds meet `bounds` (x may run past the antimeridian), by row and column:
-    /// R-tree first, then the exact check. Edges that only touch do not meet. Empty where a bound is not a number.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the store damaged.
-    pub fn footprints_in(
-        &self,
-        layer: &Layer,
-        zoom: u8,
-        bounds: &MercatorBounds,
-    ) -> Result<Vec<Footprint>, StoreError> {
-        self.require_complete(layer)?;
-        let sql = format!(
-            "SELECT {} FROM rtree_footprints_geom r CROSS JOIN footprints f ON f.fid = r.id
-             WHERE r.maxx >= ?1 AND r.minx <= ?2 AND r.maxy >= ?3 AND r.miny <= ?4 AND f.layer = ?5 AND f.zoom = ?6",
-            footprint::COLUMNS
-        );
-        let mut found = Vec::new();
-        for window in windows_on_the_map(bounds) {
-            let filter = rounded_outward(&window);
-            let parameters = (filter[0], filter[1], filter[2], filter[3], &layer.name, zoom);
-            let rows = self.with(|c| collect(c, &sql, parameters))?;
-            found.extend(rows.into_iter().filter(|f| f.tile.mercator_bounds().intersects(&window)));
-        }
-        found.sort_by_key(|f| f.tile);
-        found.dedup_by_key(|f| f.tile);
-        self.attest(layer, &found, |w| w.count_in(&layer.name, zoom, &windows_on_the_map(bounds)))?;
-        Ok(found)
-    }
-
-    /// Every footprint of one zoom (for a resident index), by row and column.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the store damaged.
-    pub fn footprints(&self, layer: &Layer, zoom: u8) -> Result<Vec<Footprint>, StoreError> {
-        self.require_complete(layer)?;
-        let sql = format!(
-            "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
-            footprint::COLUMNS
-        );
-        let found = self.with(|c| collect(c, &sql, (&layer.name, zoom)))?;
-        self.attest(layer, &found, |w| w.count_at(&layer.name, zoom))?;
-        Ok(found)
-    }
-
-    /// Every footprint of a finished layer, by tile; none where there is no such layer.
-    ///
-    /// # Errors
-    /// Where the store is damaged.
-    pub fn all_footprints(&self, name: &str) -> Result<Vec<Footprint>, StoreError> {
-        let Some(layer) = self.finished_layers().find(|l| l.name == name) else { return Ok(Vec::new()) };
-        let mut all = Vec::new();
-        for zoom in layer.min_zoom..=layer.base_zoom {
-            all.extend(self.footprints(layer, zoom)?);
-        }
-        Ok(all)
-    }
-
-    /// One tile's footprint, or `None` where the layer has no such tile.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or the store damaged.
-    pub fn footprint(&self, layer: &Layer, tile: TileId) -> Result<Option<Footprint>, StoreError> {
-        self.require_complete(layer)?;
-        let sql = format!(
-            "SELECT {} FROM footprints f
-             WHERE f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4",
-            footprint::COLUMNS
-        );
-        let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
-        let found = self.with(|c| c.prepare_cached(&sql)?.query_row(key, footprint::read).optional())?;
-        self.attest(layer, found.as_slice(), |w| usize::from(w.knows(&layer.name, tile)))?;
-        Ok(found)
-    }
-
-    /// Holds what an index gave against what was proved at the start: all of it, and nothing else.
-    fn attest(
-        &self,
-        layer: &Layer,
-        found: &[Footprint],
-        count: impl FnOnce(&Witness) -> usize,
-    ) -> Result<(), StoreError> {
-        let Some(witness) = &self.witness else { return Ok(()) };
-        if found.len() == count(witness) && found.iter().all(|f| witness.agrees(&layer.name, f)) {
-            return Ok(());
-        }
-        let reason = format!("an index of layer {} leads elsewhere than it did when the store was opened", layer.name);
-        Err(StoreError::Damaged { path: self.path.clone(), reason })
     }
 
     pub(super) fn require_complete(&self, layer: &Layer) -> Result<(), StoreError> {
@@ -349,11 +290,11 @@ impl Reader {
         StoreError::DamagedTile { path: self.path.clone(), layer: layer.name.clone(), tile, reason }
     }
 
-    /// One more connection, never to another file that has taken the name.
+    /// Opens one more connection. Fails if another file has taken the path.
     fn reopen(&self) -> Result<Connection, StoreError> {
-        let connection = connection::reopen_read(&self.path, self.access, self.keep.pages_bytes)?;
-        let opened = *self.stamp.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if Stamp::of(&self.path)?.same_file(&opened) {
+        let connection = connection::reopen_read(&self.path, self.access, self.limits.pages_bytes)?;
+        let opened = *self.stamp.lock();
+        if FileStamp::read(&self.path)?.same_file(&opened) {
             Ok(connection)
         } else {
             Err(StoreError::Changed { path: self.path.clone() })
@@ -362,25 +303,26 @@ impl Reader {
 
     /// Runs a query on a connection of the pool.
     pub(super) fn with<T>(&self, query: impl FnOnce(&Connection) -> rusqlite::Result<T>) -> Result<T, StoreError> {
-        let idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).pop();
+        let idle = self.idle.lock().pop();
         let connection = match idle {
             Some(connection) => connection,
             None => self.reopen()?,
         };
         let outcome = query(&connection).map_err(|e| StoreError::sqlite(&self.path, e));
-        let mut idle = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if idle.len() < self.keep.connections {
+        let mut idle = self.idle.lock();
+        if idle.len() < self.limits.connections {
             idle.push(connection);
         }
         outcome
     }
 }
 
+/// Reads footprints with a query.
 pub(super) fn collect(connection: &Connection, sql: &str, parameters: impl Params) -> rusqlite::Result<Vec<Footprint>> {
     connection.prepare_cached(sql)?.query_map(parameters, footprint::read)?.collect()
 }
 
-/// The store's digest from its layers' stored ones.
+/// Computes the digest of a store from the stored digests of its layers.
 pub(super) fn stored_digest(connection: &Connection, contract: &str) -> rusqlite::Result<[u8; 32]> {
     let mut statement = connection
         .prepare("SELECT name, digest FROM overfly_layers WHERE complete = 1 AND digest NOT NULL ORDER BY name")?;

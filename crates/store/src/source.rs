@@ -1,4 +1,4 @@
-//! `Source`: one orthophoto that a layer is made of, as declared.
+//! `Source`: one orthophoto of a layer, as declared.
 
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
@@ -6,44 +6,44 @@ use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::path::PathBuf;
 
-/// One orthophoto of a layer. Known by its content: the same bytes at another path are the same source.
+/// One orthophoto of a layer. Its content identifies it: the same bytes at another path are the same source.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Source {
-    /// BLAKE3 of the file and of what stands beside it (world file, `.prj`).
+    /// BLAKE3 hash of the file and of its companions (world file, `.prj`).
     pub content_hash: [u8; 32],
-    /// Where it was read, absolute.
+    /// Absolute path from which it was read.
     pub path: PathBuf,
-    /// Acquisition date, ISO 8601, where known.
+    /// Acquisition date, ISO 8601, if known.
     pub acquired: Option<String>,
-    /// EPSG code stated by the user over what the file says.
+    /// EPSG code that the user stated instead of the file's own CRS.
     pub crs_epsg: Option<u32>,
-    /// Values shown as 0 and 255, where stated.
+    /// Pixel values that become 0 and 255, if stated.
     pub stretch: Option<(f64, f64)>,
-    /// One standard deviation per axis of its position, metres: as stated, plus what its CRS adds.
+    /// Position error, one standard deviation per axis, metres: the stated error and that of the CRS.
     pub horizontal_error_m: f64,
-    /// Ground sample distance at its centre, true metres.
+    /// Ground sample distance at the centre, true metres a pixel.
     pub gsd_m_per_px: f64,
-    /// Its edge, not closed: longitude and latitude, degrees.
+    /// Outline, not closed: longitude and latitude, degrees.
     pub outline_deg: Vec<[f64; 2]>,
 }
 
 impl Source {
-    /// Which of two covers the other: the newest first, unknown dates last, ties by content hash.
+    /// Orders sources by covering: a newer one covers an older one, unknown dates are last, ties go by content hash.
     pub fn covering_order(&self, other: &Self) -> Ordering {
         other.acquired.cmp(&self.acquired).then_with(|| self.content_hash.cmp(&other.content_hash))
     }
 }
 
-/// Where sources stand: those of finished layers, or those of a build under way.
+/// The table of a source: that of finished layers, or that of pending builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Declared {
+pub(super) enum SourceTable {
     Finished,
     Pending,
 }
 
-impl Declared {
-    fn table(self) -> &'static str {
+impl SourceTable {
+    fn name(self) -> &'static str {
         match self {
             Self::Finished => "overfly_sources",
             Self::Pending => "overfly_pending_sources",
@@ -51,12 +51,12 @@ impl Declared {
     }
 }
 
-pub(super) fn load(connection: &Connection, layer: &str, declared: Declared) -> rusqlite::Result<Vec<Source>> {
+pub(super) fn load(connection: &Connection, layer: &str, table: SourceTable) -> rusqlite::Result<Vec<Source>> {
     let sql = format!(
         "SELECT content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, horizontal_error_m, gsd_m_per_px,
                 outline
          FROM {} WHERE layer = ?1 ORDER BY content_hash",
-        declared.table()
+        table.name()
     );
     let mut statement = connection.prepare(&sql)?;
     statement.query_map([layer], read)?.collect()
@@ -84,14 +84,14 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Source> {
 pub(super) fn insert(
     connection: &Connection,
     layer: &str,
-    declared: Declared,
+    table: SourceTable,
     source: &Source,
 ) -> rusqlite::Result<()> {
     let sql = format!(
         "INSERT INTO {} (layer, content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, horizontal_error_m,
                          gsd_m_per_px, outline)
          VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-        declared.table()
+        table.name()
     );
     connection.prepare_cached(&sql)?.execute(params![
         layer,

@@ -1,4 +1,4 @@
-//! What a reader gives of one tile: nothing whose content hash was not proved.
+//! Queries of a reader for tiles. Every tile has the content hash that its footprint states.
 
 use super::cells::TileCells;
 use super::footprint::{self, Footprint};
@@ -12,24 +12,24 @@ use rusqlite::{OptionalExtension, Row};
 use serde::Serialize;
 use std::sync::Arc;
 
-/// All that is stored of a tile, its content hash proved.
+/// A tile as stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredTile {
-    /// Its row.
+    /// Footprint.
     pub footprint: Footprint,
-    /// Its imagery's media type.
+    /// Media type of the imagery.
     pub media_type: &'static str,
-    /// Its imagery, encoded.
+    /// Encoded imagery.
     pub image: Vec<u8>,
-    /// Its keypoints, encoded; `None` for an overview.
+    /// Encoded keypoints: `None` for an overview.
     pub descriptors: Option<Vec<u8>>,
-    /// Its cells; `None` in a layer built before there were cells.
+    /// Cells: `None` in a layer that was built before format version 3.
     pub cells: Option<Vec<u8>>,
 }
 
 impl StoredTile {
-    /// A tile as it was made.
-    pub fn of(tile: TileId, made: TileContent) -> Self {
+    /// Makes the stored form of a tile from its content.
+    pub fn from_content(tile: TileId, made: TileContent) -> Self {
         Self {
             footprint: made.footprint(tile),
             media_type: made.image.media_type,
@@ -40,7 +40,7 @@ impl StoredTile {
     }
 }
 
-/// Bytes that tiles take, by what they are.
+/// Sizes of stored tiles, bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, utoipa::ToSchema)]
 pub struct TileSizes {
     /// Imagery.
@@ -51,25 +51,25 @@ pub struct TileSizes {
     pub cells: u64,
 }
 
-/// Footprint, imagery, descriptors and cells as they stand in the tables.
+/// Footprint, imagery, descriptors and cells as read from the tables.
 type Parts = (Footprint, Option<Vec<u8>>, Option<Vec<u8>>, Option<Vec<u8>>);
 
 impl Reader {
-    /// All that is stored of a tile, or `None` where the layer has no such tile.
+    /// Returns a tile as stored: `None` if the layer has no such tile.
     ///
     /// # Errors
-    /// Where the layer is unfinished, or [`StoreError::DamagedTile`]: its content does not have the hash that its footprint
-    /// states. Onboard such a tile is noted ([`Reader::damage`]).
+    /// Where the layer is unfinished, and [`StoreError::DamagedTile`] if the content does not have the hash that the footprint
+    /// states. Onboard, [`Reader::damage`] reports such a tile.
     pub fn stored_tile(&self, layer: &Layer, tile: TileId) -> Result<Option<StoredTile>, StoreError> {
         self.require_complete(layer)?;
-        if self.witness().is_some_and(|w| !w.knows(&layer.name, tile)) {
+        if self.footprint_proof().is_some_and(|w| !w.knows(&layer.name, tile)) {
             return Ok(None);
         }
-        let found = self.parts(layer, tile).and_then(|parts| self.proved(layer, tile, parts));
-        found.map_err(|error| self.noted(layer, tile, error))
+        let found = self.parts(layer, tile).and_then(|parts| self.check_tile(layer, tile, parts));
+        found.map_err(|error| self.record_damage(layer, tile, error))
     }
 
-    /// A tile's imagery as stored, or `None` where the layer has no such tile.
+    /// Returns the encoded imagery of a tile: `None` if the layer has no such tile.
     ///
     /// # Errors
     /// As [`Reader::stored_tile`].
@@ -82,17 +82,17 @@ impl Reader {
         Ok(self.stored_tile(layer, tile)?.map(encoded))
     }
 
-    /// A tile's pixels and mask, decoded.
+    /// Returns the decoded pixels and mask of a tile: `None` if the layer has no such tile.
     ///
     /// # Errors
     /// As [`Reader::stored_tile`].
     pub fn tile(&self, layer: &Layer, tile: TileId) -> Result<Option<MaskedColour>, StoreError> {
         let Some(encoded) = self.encoded_tile(layer, tile)? else { return Ok(None) };
-        let undecoded = |reason| self.noted(layer, tile, self.damaged(layer, tile, reason));
+        let undecoded = |reason| self.record_damage(layer, tile, self.damaged(layer, tile, reason));
         imagery::decode(&encoded.bytes).map(Some).map_err(undecoded)
     }
 
-    /// A tile's pixels for a search. Onboard a damaged tile is none: searches go on over the rest.
+    /// Returns the pixels of a tile for a search. Onboard, a damaged tile counts as absent, so that searches go on without it.
     ///
     /// # Errors
     /// As [`Reader::stored_tile`].
@@ -103,8 +103,8 @@ impl Reader {
         }
     }
 
-    /// A tile's descriptor blob (`feature::keypoint::from_blob`); `None` where there is no such tile or it has none
-    /// (overviews are not described).
+    /// Returns the descriptor blob of a tile (`feature::keypoint::from_blob`): `None` if the layer has no such tile, and for
+    /// overviews, which are not described.
     ///
     /// # Errors
     /// As [`Reader::stored_tile`].
@@ -112,10 +112,10 @@ impl Reader {
         Ok(self.stored_tile(layer, tile)?.and_then(|t| t.descriptors))
     }
 
-    /// Bytes that tiles take; those that the layer does not have take none.
+    /// Sums the sizes of tiles. Tiles that the layer does not have count zero.
     ///
     /// # Errors
-    /// Where the layer is unfinished or the store damaged.
+    /// Where the layer is unfinished or the store is damaged.
     pub fn sizes(&self, layer: &Layer, tiles: impl Iterator<Item = TileId>) -> Result<TileSizes, StoreError> {
         self.require_complete(layer)?;
         let sql = format!("SELECT length(t.tile_data), length(d.descriptors), length(c.cells) {}", tables(&layer.name));
@@ -133,29 +133,29 @@ impl Reader {
         Ok(sizes)
     }
 
-    /// The cells of one level, merged `pitch` by `pitch` (1, 2 or 3); without blocks where the layer has none of that
-    /// level or was built before there were cells. Kept, so that the next frame finds them in memory, within a bound:
-    /// the longest unused go first. Where an exported store states their digest, they are held against it.
-    /// See [`Reader::cells_around`] for what stays within the bound while it is worked out, too.
+    /// Returns the cells of one level, merged `pitch` by `pitch` (1, 2 or 3). The map is empty if the layer has no cells of that
+    /// level. An LRU cache keeps the maps for the next frame. If an exported store states the digest of the cells, it is checked.
+    ///
+    /// This method reads the whole level, even beyond the limit of the cache: see [`Reader::cells_around`].
     ///
     /// # Errors
-    /// Where the layer is unfinished or the store damaged.
+    /// Where the layer is unfinished or the store is damaged.
     pub fn cells(&self, layer: &Layer, zoom: u8, pitch: usize) -> Result<Arc<CellMap>, StoreError> {
         self.require_complete(layer)?;
         let key = (layer.name.clone(), zoom, pitch);
-        if let Some(kept) = self.cells.get(&key) {
-            return Ok(kept);
+        if let Some(cached) = self.cells.get(&key) {
+            return Ok(cached);
         }
         let map = if pitch == 1 {
             CellMap::of_tiles(self.proved_cells(layer, zoom)?)
         } else {
             self.cells(layer, zoom, 1)?.merged(pitch)
         };
-        Ok(self.cells.keep(key, map))
+        Ok(self.cells.insert(key, map))
     }
 
-    /// As [`Reader::cells`] where the level is small enough to be read within the bound; else of those of its tiles alone that
-    /// meet `bounds`, and not kept; `None` where even these are too many.
+    /// Returns the cells of one level as [`Reader::cells`], if the whole level can be read within the limit of the cache. Otherwise
+    /// returns the cells of the tiles that intersect `bounds`, without caching them: `None` if these are too many as well.
     ///
     /// # Errors
     /// As [`Reader::cells`].
@@ -177,8 +177,8 @@ impl Reader {
         Ok(Some(Arc::new(CellMap::of_tiles(self.cells_of(layer, &met)?).merged(pitch))))
     }
 
-    /// The cells of a level as they stand in their table, where they have the stated digest; else those of the tiles whose
-    /// content hash is right, one by one.
+    /// Reads the cells of a level from their table. If they do not have the stated digest, reads them tile by tile, and leaves out
+    /// damaged tiles.
     fn proved_cells(&self, layer: &Layer, zoom: u8) -> Result<Vec<TileCells>, StoreError> {
         let read = self.with(|c| cells::load(c, &layer.name, zoom));
         let Some(stated) = self.stated_cells.get(&(layer.name.clone(), zoom)) else { return read };
@@ -190,7 +190,7 @@ impl Reader {
         self.cells_of(layer, &self.footprints(layer, zoom)?)
     }
 
-    /// The cells of those tiles whose content hash is right.
+    /// Reads the cells of tiles one by one. Onboard, leaves out damaged tiles.
     fn cells_of(&self, layer: &Layer, footprints: &[Footprint]) -> Result<Vec<TileCells>, StoreError> {
         let mut cells = Vec::new();
         for footprint in footprints {
@@ -206,14 +206,14 @@ impl Reader {
         Ok(cells)
     }
 
-    /// What the footprints and cells of a level hash to.
+    /// Computes the digests of one level.
     ///
     /// # Errors
-    /// Where the layer is unfinished or the store damaged.
+    /// Where the layer is unfinished or the store is damaged.
     pub fn level_digests(&self, layer: &Layer, zoom: u8) -> Result<LevelDigests, StoreError> {
         let footprints = self.footprints(layer, zoom)?;
         let cells = self.with(|c| cells::load(c, &layer.name, zoom))?;
-        Ok(LevelDigests::of(zoom, &footprints, &cells))
+        Ok(LevelDigests::from_rows(zoom, &footprints, &cells))
     }
 
     fn parts(&self, layer: &Layer, tile: TileId) -> Result<Option<Parts>, StoreError> {
@@ -223,14 +223,14 @@ impl Reader {
         self.with(|c| c.prepare_cached(&sql)?.query_row(key, read).optional())
     }
 
-    fn proved(&self, layer: &Layer, tile: TileId, parts: Option<Parts>) -> Result<Option<StoredTile>, StoreError> {
+    fn check_tile(&self, layer: &Layer, tile: TileId, parts: Option<Parts>) -> Result<Option<StoredTile>, StoreError> {
         let damaged = |reason: &str| self.damaged(layer, tile, reason.into());
         let Some((footprint, image, descriptors, cells)) = parts else {
-            let lost = self.witness().is_some();
-            return if lost { Err(damaged("its footprint cannot be found any more")) } else { Ok(None) };
+            let proved = self.footprint_proof().is_some();
+            return if proved { Err(damaged("its footprint is missing")) } else { Ok(None) };
         };
-        if self.witness().is_some_and(|w| !w.agrees(&layer.name, &footprint)) {
-            return Err(damaged("its footprint is not what it was when the store was opened"));
+        if self.footprint_proof().is_some_and(|w| !w.agrees(&layer.name, &footprint)) {
+            return Err(damaged("its footprint has changed since the store was opened"));
         }
         let Some(image) = image else { return Err(damaged("its imagery is missing")) };
         let Some(media_type) = imagery::media_type(&image) else {
@@ -243,8 +243,8 @@ impl Reader {
         Ok(Some(StoredTile { footprint, media_type, image, descriptors, cells }))
     }
 
-    /// Onboard, whatever is wrong with a tile's pages is wrong with that tile, and is noted.
-    fn noted(&self, layer: &Layer, tile: TileId, error: StoreError) -> StoreError {
+    /// Onboard, turns any damage of the file or the disk into damage of this tile, and records it.
+    fn record_damage(&self, layer: &Layer, tile: TileId, error: StoreError) -> StoreError {
         if !self.is_onboard() {
             return error;
         }
@@ -254,13 +254,13 @@ impl Reader {
             other => other,
         };
         if let StoreError::DamagedTile { reason, .. } = &error {
-            self.damage.note(&layer.name, tile, reason);
+            self.damage.record(&layer.name, tile, reason);
         }
         error
     }
 }
 
-/// A tile of a checked layer's name in all its tables, keyed by layer, zoom, row and column.
+/// The tables of a tile, joined, keyed by layer, zoom, row and column. The name of the layer must be checked.
 fn tables(layer: &str) -> String {
     format!(
         "FROM footprints f

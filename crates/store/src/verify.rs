@@ -1,35 +1,37 @@
-//! Verification: every hash, the digest, the SQLite and GeoPackage rules. It reads all of a store and mends nothing.
+//! Verification of a store: every hash, the digest, the rules of SQLite and GeoPackage. It reads the whole store and repairs
+//! nothing.
 
 use super::connection::{self, APPLICATION_ID, Access, USER_VERSION};
+use super::contract::require_contract;
 use super::footprint::{self, Footprint};
 use super::layer::{self, Layer};
-use super::source::{self, Declared};
-use super::{StoreError, digest, geometry, geopackage, imagery, reader, require_contract};
+use super::source::{self, SourceTable};
+use super::{StoreError, digest, geometry, geopackage, imagery, reader};
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::{TILE_SIZE_PX, TileId};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::Serialize;
 use std::path::Path;
 
-/// What a verification found.
+/// The result of a verification.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verification {
-    /// Whether nothing is wrong.
+    /// Whether no problem was found.
     pub ok: bool,
-    /// The digest that the store's rows give, hexadecimal.
+    /// The digest computed from the rows of the store, hexadecimal.
     pub digest: String,
-    /// Tiles read.
+    /// Number of tiles read.
     pub tiles: u64,
-    /// Every tile with something wrong.
+    /// Every bad tile.
     pub bad_tiles: Vec<BadTile>,
-    /// What else is wrong, a sentence each.
+    /// The other problems, one text each.
     pub problems: Vec<String>,
 }
 
-/// A tile that is not what its footprint says.
+/// A tile that does not match its footprint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BadTile {
-    /// Its layer.
+    /// Name of the layer.
     pub layer: String,
     /// Zoom, column, row.
     pub id: String,
@@ -37,43 +39,44 @@ pub struct BadTile {
     pub reason: String,
 }
 
-/// Checks a store; `progress` is told tiles done and tiles in all.
+/// Verifies a store. Calls `progress` with the numbers of tiles done and of all tiles.
 ///
 /// # Errors
-/// Where the file cannot be opened as a store at all. What is wrong inside is in the answer.
+/// Where the file cannot be opened as a store. Problems inside the store are in the result.
 pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, StoreError> {
     let connection = connection::open_read(path, Access::Shared)?;
     let contract = require_contract(&connection, path)?;
     let layers = layer::load_all(&connection, path)?;
-    let mut report = Report { bad_tiles: Vec::new(), problems: Vec::new(), tiles: 0 };
-    report.check("SQLite integrity", integrity(&connection));
-    report.check("GeoPackage header", header(&connection));
-    report.check("R-tree", rtree(&connection));
+    let mut findings = Findings { bad_tiles: Vec::new(), problems: Vec::new(), tiles: 0 };
+    findings.check("SQLite integrity", integrity(&connection));
+    findings.check("GeoPackage header", header(&connection));
+    findings.check("R-tree", rtree(&connection));
     let total = layers.iter().map(|l| l.tiles).sum();
     for layer in &layers {
         if !layer.complete {
-            report.problems.push(format!("layer {}: unfinished build; run the same `overfly build` again", layer.name));
+            findings.problems.push(format!("layer {}: unfinished build", layer.name));
             continue;
         }
-        report.check(&format!("layer {}", layer.name), declaration(&connection, layer));
-        report.check(&format!("layer {}", layer.name), layer_rows(&connection, layer));
-        if let Err(error) = report.tiles(&connection, layer, &|done| progress(done, total)) {
-            report.problems.push(format!("layer {}: its tiles cannot be read through: {error}", layer.name));
+        findings.check(&format!("layer {}", layer.name), declaration(&connection, layer));
+        findings.check(&format!("layer {}", layer.name), layer_rows(&connection, layer));
+        if let Err(error) = findings.tiles(&connection, layer, &|done| progress(done, total)) {
+            findings.problems.push(format!("layer {}: its tiles cannot be read: {error}", layer.name));
         }
     }
     let digest = reader::stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
-    let Report { bad_tiles, problems, tiles } = report;
+    let Findings { bad_tiles, problems, tiles } = findings;
     let ok = bad_tiles.is_empty() && problems.is_empty();
     Ok(Verification { ok, digest: digest::hex(&digest), tiles, bad_tiles, problems })
 }
 
-struct Report {
+/// The findings so far.
+struct Findings {
     bad_tiles: Vec<BadTile>,
     problems: Vec<String>,
     tiles: u64,
 }
 
-impl Report {
+impl Findings {
     fn check(&mut self, what: &str, found: rusqlite::Result<Vec<String>>) {
         match found {
             Ok(problems) => self.problems.extend(problems.into_iter().map(|p| format!("{what}: {p}"))),
@@ -81,7 +84,7 @@ impl Report {
         }
     }
 
-    /// Compares every tile's imagery, descriptors and cells with its footprint.
+    /// Compares imagery, descriptors and cells of every tile with its footprint.
     fn tiles(&mut self, connection: &Connection, layer: &Layer, progress: &dyn Fn(u64)) -> rusqlite::Result<()> {
         let sql = format!(
             "SELECT {}, f.fid, f.geom FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
@@ -103,7 +106,7 @@ impl Report {
     }
 }
 
-/// What is wrong with a tile, if anything.
+/// Returns what is wrong with a tile, if anything.
 fn bad_tile(
     connection: &Connection,
     layer: &Layer,
@@ -147,12 +150,14 @@ fn bad_tile(
     Ok((!indexed).then(|| "the R-tree does not hold its extent".into()))
 }
 
+/// Runs SQLite's integrity check.
 fn integrity(connection: &Connection) -> rusqlite::Result<Vec<String>> {
     let mut statement = connection.prepare("PRAGMA integrity_check")?;
     let found: Vec<String> = statement.query_map([], |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;
     Ok(found.into_iter().filter(|line| line != "ok").collect())
 }
 
+/// Checks application id and version of the GeoPackage.
 fn header(connection: &Connection) -> rusqlite::Result<Vec<String>> {
     let mut problems = Vec::new();
     for (pragma, expected) in [("application_id", APPLICATION_ID), ("user_version", USER_VERSION)] {
@@ -164,6 +169,7 @@ fn header(connection: &Connection) -> rusqlite::Result<Vec<String>> {
     Ok(problems)
 }
 
+/// Checks the R-tree against the footprints.
 fn rtree(connection: &Connection) -> rusqlite::Result<Vec<String>> {
     let count =
         |table: &str| connection.query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get::<_, u32>(0));
@@ -179,7 +185,7 @@ fn rtree(connection: &Connection) -> rusqlite::Result<Vec<String>> {
     Ok(problems)
 }
 
-/// Whether the GeoPackage's tables declare the layer as it is.
+/// Checks the declaration of a layer in the tables of the GeoPackage.
 fn declaration(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<String>> {
     let mut problems = Vec::new();
     let contents: u32 = connection.query_row(
@@ -218,7 +224,7 @@ fn declaration(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<S
     Ok(problems)
 }
 
-/// Counts, strays and the digest.
+/// Checks the number of tiles of a layer, tiles without a footprint, and the digest.
 fn layer_rows(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<String>> {
     let mut problems = Vec::new();
     let mut statement = connection.prepare(&format!(
@@ -234,12 +240,12 @@ fn layer_rows(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<St
     let tiles: u32 =
         connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [&layer.name], |row| row.get(0))?;
     if u64::from(tiles) != layer.tiles {
-        problems.push(format!("{tiles} tiles where {} are stated", layer.tiles));
+        problems.push(format!("{tiles} tiles, but {} are stated", layer.tiles));
     }
-    let sources = source::load(connection, &layer.name, Declared::Finished)?;
+    let sources = source::load(connection, &layer.name, SourceTable::Finished)?;
     let digest = digest::layer_digest(connection, &layer.name, layer.base_zoom, layer.min_zoom, &sources)?;
     if Some(digest::hex(&digest)) != layer.digest {
-        problems.push("its rows do not give the digest that is stated".into());
+        problems.push("its rows do not have the stated digest".into());
     }
     Ok(problems)
 }

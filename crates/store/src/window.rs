@@ -1,12 +1,12 @@
-//! Bounds as the R-tree and the tile matrix see them.
+//! Bounds as the R-tree and the tile matrix need them.
 
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::MercatorBounds;
 
-/// A bound moved by whole worlds is rounded: it is widened by this before the exact check, metres of the projection.
+/// Moving a bound by whole worlds rounds it. It is widened by this margin before the exact check, metres of the projection.
 const ROUNDING_M: f64 = 1e-6;
 
-/// The parts of the map that bounds cover, each with x inside the world: one usually, two across the antimeridian.
+/// Splits bounds into windows whose x lies inside the world: usually one, two across the antimeridian.
 pub(super) fn windows_on_the_map(bounds: &MercatorBounds) -> Vec<MercatorBounds> {
     let half_m = WORLD_M / 2.0;
     if bounds.max_x_m - bounds.min_x_m >= WORLD_M {
@@ -29,7 +29,8 @@ pub(super) fn windows_on_the_map(bounds: &MercatorBounds) -> Vec<MercatorBounds>
         .collect()
 }
 
-/// min x, max x, min y, max y, each moved outward by more than a 32-bit float's rounding (2 m at the world's edge).
+/// Returns min x, max x, min y, max y, each moved outward by more than the rounding of a 32-bit float (2 m at the edge of the
+/// world), which the R-tree uses.
 pub(super) fn rounded_outward(bounds: &MercatorBounds) -> [f64; 4] {
     let margin_m = |v: f64| v.abs() * f64::from(f32::EPSILON) + ROUNDING_M;
     [

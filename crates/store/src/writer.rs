@@ -1,32 +1,35 @@
-//! `Writer`: one build's hand on a store. It declares what a layer shall be, puts tiles, and finishes; or removes a layer.
+//! `Writer`: one build of a layer. It declares the layer, puts tiles, and finishes.
 //!
-//! A layer that answers queries goes on answering with its old content until the transaction that finishes the build;
-//! tiles for it are staged. A layer that never was finished has nothing to lose: its tiles go straight to their places.
+//! A finished layer keeps answering queries with its old content until the transaction that finishes the build: its new tiles are
+//! staged. The tiles of a layer that was never finished go directly to its tables.
 
 use super::content::{self, Child, TileContent};
+use super::contract::require_contract;
 use super::declaration::Declaration;
 use super::finish::Finished;
-use super::footprint::Footprint;
 use super::geometry::polygon_blob;
 use super::layer;
-use super::source::{self, Declared};
-use super::{StoreError, connection, finish, geopackage, require_contract};
+use super::source::{self, SourceTable};
+use super::tile_rows::{self, TileRows, insert_tile};
+use super::{StoreError, connection, finish, geopackage};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::{Path, PathBuf};
 
-/// A tile as computed.
+/// A tile as a build computed it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BuiltTile {
-    /// Which tile.
+    /// The tile.
     pub tile: TileId,
-    /// Hash of all that decides its content.
+    /// Hash of everything that decides the content.
     pub inputs_hash: [u8; 32],
-    /// `None`: no pixel of it is valid.
+    /// The content: `None` if the tile has no valid pixel.
     pub content: Option<TileContent>,
 }
 
-/// A store opened for one build. One thread writes.
+/// A store that is open for one build. Only one thread writes.
+///
+/// See [`crate::Reader`] for an example.
 #[derive(Debug)]
 pub struct Writer {
     path: PathBuf,
@@ -38,37 +41,37 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Opens the store (made where there is none), writes down what the layer shall be, and is ready for tiles.
+    /// Opens or creates the store, and declares the layer.
     ///
     /// # Errors
-    /// Where the file is no store, cannot be written, or is of another contract.
+    /// Where the file is not a store, cannot be written, or has another contract.
     pub fn begin(path: &Path, contract: &str, declaration: Declaration) -> Result<Self, StoreError> {
         layer::check_name(&declaration.layer)?;
         let connection = open_or_create(path, contract)?;
         let plan_hash = declaration.plan_hash();
         let fail = |e| StoreError::sqlite(path, e);
         let transaction = connection.unchecked_transaction().map_err(fail)?;
-        let staging = record(&transaction, &declaration, &plan_hash).map_err(fail)?;
+        let staging = declare(&transaction, &declaration, &plan_hash).map_err(fail)?;
         transaction.commit().map_err(fail)?;
         Ok(Self { path: path.into(), connection, declaration, plan_hash, staging, in_transaction: false })
     }
 
-    /// Puts a tile in its place, or in the staging table where the layer answers meanwhile. Kept once
-    /// [`Writer::commit`] returns.
+    /// Writes a tile: to the tables of the layer, or to the staging table if the layer is finished. [`Writer::commit`] makes it
+    /// durable.
     ///
     /// # Errors
-    /// Where the disk is full or another build took the layer over.
+    /// Where the disk is full or another build took over the layer.
     pub fn put(&mut self, built: &BuiltTile) -> Result<(), StoreError> {
         if !self.in_transaction {
             self.begin_transaction()?;
         }
         let layer = &self.declaration.layer;
         let outcome =
-            if self.staging { stage(&self.connection, layer, built) } else { place(&self.connection, layer, built) };
+            if self.staging { stage(&self.connection, layer, built) } else { replace(&self.connection, layer, built) };
         outcome.map_err(|e| StoreError::sqlite(&self.path, e))
     }
 
-    /// Makes what was put durable.
+    /// Commits the tiles that were put.
     ///
     /// # Errors
     /// Where the disk is full.
@@ -79,7 +82,7 @@ impl Writer {
         Ok(())
     }
 
-    /// What an overview needs to know of a tile, stored or staged; `None` where it has no pixel.
+    /// Returns a tile, stored or staged, as the overview above it needs it: `None` if it has no valid pixel.
     ///
     /// # Errors
     /// Where the store is damaged.
@@ -95,19 +98,19 @@ impl Writer {
         found.map_or(Ok(None), |below| below.proved(&self.path, layer, tile))
     }
 
-    /// Ends the build in one transaction: staged tiles to their places, tiles that are not in `wanted` away, sources,
-    /// counts, digest and the GeoPackage's declaration up to date. Returns the tiles that the layer now has; `None` where
-    /// it would have none: the build is then given up.
+    /// Finishes the build in one transaction: moves staged tiles, deletes the tiles that are not in `wanted`, and updates sources,
+    /// counts, digest and the GeoPackage declaration. Returns the number of tiles of the layer: `None` if it would have no tile,
+    /// in which case the build is abandoned.
     ///
     /// # Errors
-    /// Where the disk is full or another build took the layer over; the layer is then as it was.
+    /// Where the disk is full or another build took over the layer. The layer is then unchanged.
     pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<Option<u64>, StoreError> {
         self.commit()?;
         self.begin_transaction()?;
         let Finished { tiles, damaged } =
             finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
         if let Some(tile) = damaged {
-            // The transaction ends with the connection, undone.
+            // Dropping the connection rolls the transaction back.
             return Err(content::damaged(&self.path, &self.declaration.layer, tile));
         }
         if tiles == 0 {
@@ -121,7 +124,7 @@ impl Writer {
         Ok(Some(tiles))
     }
 
-    /// Gives the declared build up: the layer is as it was before; one that never was finished is gone.
+    /// Abandons the build. A finished layer is unchanged; a layer that was never finished is removed.
     ///
     /// # Errors
     /// Where SQLite fails.
@@ -157,7 +160,7 @@ impl Writer {
     }
 }
 
-/// Removes a layer and all that belongs to it.
+/// Removes a layer from a store.
 ///
 /// # Errors
 /// [`StoreError::NoLayer`], or where the file cannot be written.
@@ -191,8 +194,8 @@ fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError>
     Ok(connection)
 }
 
-/// Writes the declaration down; whether the layer answers meanwhile.
-fn record(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 32]) -> rusqlite::Result<bool> {
+/// Writes the declaration. Returns whether the layer is finished, so that tiles must be staged.
+fn declare(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 32]) -> rusqlite::Result<bool> {
     let Declaration { layer, zoom_override, base_zoom, min_zoom, sources } = declaration;
     geopackage::create_tile_table(connection, layer)?;
     connection.execute(
@@ -208,11 +211,12 @@ fn record(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 3
     )?;
     connection.execute("DELETE FROM overfly_pending_sources WHERE layer = ?1", [layer])?;
     for source in sources {
-        source::insert(connection, layer, Declared::Pending, source)?;
+        source::insert(connection, layer, SourceTable::Pending, source)?;
     }
     connection.query_row("SELECT complete FROM overfly_layers WHERE name = ?1", [layer], |row| row.get(0))
 }
 
+/// Writes a tile to the staging table.
 fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
     let tile = built.tile;
     let content = built.content.as_ref();
@@ -244,68 +248,19 @@ fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
     Ok(())
 }
 
-fn place(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
+/// Writes a tile to the tables of the layer, and replaces the one there.
+fn replace(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
     let tile = built.tile;
-    finish::clear_tile(connection, layer, tile)?;
+    tile_rows::clear_tile(connection, layer, tile)?;
     if let Some(content) = &built.content {
         let footprint = content.footprint(tile);
-        let placed = Placed {
+        let rows = TileRows {
             footprint: &footprint,
             image: &content.image.bytes,
             descriptors: content.descriptors.as_deref(),
             cells: Some(&content.cells),
         };
-        place_content(connection, layer, &placed)?;
+        insert_tile(connection, layer, &rows)?;
     }
-    finish::note_inputs(connection, layer, tile, &built.inputs_hash)
-}
-
-/// What goes into the tables of one tile.
-pub(super) struct Placed<'a> {
-    pub footprint: &'a Footprint,
-    pub image: &'a [u8],
-    pub descriptors: Option<&'a [u8]>,
-    pub cells: Option<&'a [u8]>,
-}
-
-pub(super) fn place_content(connection: &Connection, layer: &str, placed: &Placed<'_>) -> rusqlite::Result<()> {
-    let (known, tile) = (placed.footprint, placed.footprint.tile);
-    connection
-        .prepare_cached(&format!(
-            "INSERT INTO \"{layer}\" (zoom_level, tile_column, tile_row, tile_data) VALUES (?1, ?2, ?3, ?4)"
-        ))?
-        .execute(params![tile.zoom(), tile.column(), tile.row(), placed.image])?;
-    connection
-        .prepare_cached(
-            "INSERT INTO footprints
-                 (geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
-                  horizontal_error_m, keypoints, distinctiveness)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
-        )?
-        .execute(params![
-            polygon_blob(&tile.mercator_bounds()),
-            layer,
-            tile.zoom(),
-            tile.column(),
-            tile.row(),
-            known.content_hash,
-            known.sources,
-            known.acquired,
-            known.valid_fraction,
-            known.horizontal_error_m,
-            known.keypoints,
-            known.distinctiveness,
-        ])?;
-    let footprint = connection.last_insert_rowid();
-    if let Some(descriptors) = placed.descriptors {
-        connection
-            .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
-            .execute(params![footprint, descriptors])?;
-    }
-    if let Some(cells) = placed.cells {
-        connection
-            .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
-            .execute(params![footprint, cells])?;
-    }
-    Ok(())
+    tile_rows::put_inputs(connection, layer, tile, &built.inputs_hash)
 }

@@ -2,7 +2,7 @@
 //! example `injure_store` in long form.
 
 use overfly_core::feature::{CELLS, CellMap, CellWindow};
-use overfly_store::package::{Date, Verify, open_onboard, verify_package};
+use overfly_store::package::{Date, VerifyOptions, open_onboard, verify_package};
 use overfly_store::{Footprint, Layer, Reader, StoredTile};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -51,7 +51,7 @@ pub struct Sound {
 
 /// A day on which no test's store has expired.
 pub fn a_day() -> Date {
-    "2026-11-22".parse().unwrap()
+    Date::constant(2026, 11, 22)
 }
 
 impl Sound {
@@ -150,8 +150,8 @@ impl Sound {
 
     /// `verify` refuses it, by 3 or 2, and lives.
     fn verify(&self, path: &Path, injury: &Injury, tally: &mut Tally) {
-        let how = Verify { key: None, today: a_day(), every_tile: false };
-        match catch_unwind(AssertUnwindSafe(|| verify_package(path, &how, &|_, _| ()))) {
+        let options = VerifyOptions { key: None, today: a_day(), every_tile: false };
+        match catch_unwind(AssertUnwindSafe(|| verify_package(path, &options, &|_, _| ()))) {
             Err(_) => tally.failures.push(format!("verify panics on {injury:?}")),
             Ok(Ok(found)) if found.store.ok => tally.failures.push(format!("verify misses {injury:?}")),
             Ok(Ok(_)) => tally.not_good += 1,

@@ -26,7 +26,7 @@ pub use request::Request;
 use crate::raster;
 use declare::Given;
 use overfly_core::feature::keypoint::CONTRACT;
-use overfly_store::{Draft, Reader, StoreError, Writer, settle};
+use overfly_store::{LayerState, Reader, StoreError, Writer, clear_journal};
 use pipeline::Stop;
 use plan::Plan;
 use pool::Pool;
@@ -87,7 +87,7 @@ pub fn dry_run(request: &Request) -> Result<Estimate, BuildError> {
     request.check()?;
     let mut rejected = Vec::new();
     let given = gather(request, &mut rejected);
-    let draft = Draft::read(&request.db, &request.layer)?;
+    let draft = LayerState::read(&request.db, &request.layer)?;
     require_something(request, &draft, &given, &rejected)?;
     let plan = Plan::make(request, &draft, &given)?;
     estimate::estimate(&plan, request.threads, rejected)
@@ -106,13 +106,13 @@ pub fn run(request: &Request, progress: &mut dyn FnMut(Progress) -> ControlFlow<
     let mut given = gather(request, &mut rejected);
     // Where the disk does not say, the build ends before it can take an old store for one of its own making.
     let existed = request.db.try_exists().map_err(|e| StoreError::io(&request.db, e))?;
-    let before = Draft::read(&request.db, &request.layer)?;
+    let before = LayerState::read(&request.db, &request.layer)?;
     require_something(request, &before, &given, &rejected)?;
     loop {
-        let inputs = Draft::read(&request.db, &request.layer)?.inputs;
-        let plan = Plan::make(request, &Draft { inputs, ..before.clone() }, &given)?;
+        let inputs = LayerState::read(&request.db, &request.layer)?.inputs;
+        let plan = Plan::make(request, &LayerState { inputs, ..before.clone() }, &given)?;
         if plan.up_to_date {
-            settle(&request.db)?;
+            clear_journal(&request.db)?;
             return summarise(request, &plan, &given, rejected, start);
         }
         let mut writer = Writer::begin(&request.db, CONTRACT, plan.declaration.clone())?;
@@ -146,7 +146,7 @@ pub fn run(request: &Request, progress: &mut dyn FnMut(Progress) -> ControlFlow<
 }
 
 /// Leaves the layer declared as it was before this run.
-fn give_up(request: &Request, writer: Writer, before: &Draft) -> Result<(), BuildError> {
+fn give_up(request: &Request, writer: Writer, before: &LayerState) -> Result<(), BuildError> {
     if !before.pending {
         return Ok(writer.abandon()?);
     }
@@ -197,7 +197,7 @@ fn gather(request: &Request, rejected: &mut Vec<Rejected>) -> Vec<Given> {
 
 fn require_something(
     request: &Request,
-    draft: &Draft,
+    draft: &LayerState,
     given: &[Given],
     rejected: &[Rejected],
 ) -> Result<(), BuildError> {

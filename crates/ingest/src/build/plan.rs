@@ -6,7 +6,7 @@ use super::outline::Outline;
 use super::{BuildError, MAX_TILES, Rejected, Request, recipe};
 use crate::raster::content_hash;
 use overfly_core::tile::TileId;
-use overfly_store::{Declaration, Draft, Source};
+use overfly_store::{Declaration, LayerState, Source};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
@@ -36,7 +36,7 @@ impl Plan {
     /// # Errors
     /// Where a source to remove is unknown, nothing remains, the tiles would be too many, or an old source that is
     /// needed again is gone or altered.
-    pub fn make(request: &Request, draft: &Draft, given: &[Given]) -> Result<Self, BuildError> {
+    pub fn make(request: &Request, draft: &LayerState, given: &[Given]) -> Result<Self, BuildError> {
         let sources = wanted_sources(request, draft, given)?;
         let kept = if request.replace_layer { None } else { draft.zoom_override };
         let zoom_override = request.zoom.or(kept);
@@ -73,7 +73,7 @@ impl Plan {
 }
 
 /// The set of sources that the layer shall have, in covering order.
-fn wanted_sources(request: &Request, draft: &Draft, given: &[Given]) -> Result<Vec<Source>, BuildError> {
+fn wanted_sources(request: &Request, draft: &LayerState, given: &[Given]) -> Result<Vec<Source>, BuildError> {
     let layer = || request.layer.clone();
     let mut sources = if request.replace_layer { Vec::new() } else { draft.sources.clone() };
     for name in &request.remove_sources {

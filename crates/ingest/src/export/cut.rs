@@ -6,7 +6,7 @@ use super::selection::select;
 use super::size_reduction::{shed, stated_quality};
 use super::{ExportError, ExportRequest};
 use overfly_store::package::{Dropped, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, write_seal};
-use overfly_store::{Extract, Kind, LayerPart, Outlet, Reader, TileSizes, hex, size_of};
+use overfly_store::{AtomicFile, Extract, FileKind, LayerPart, Reader, TileSizes, file_len, hex};
 use serde::Serialize;
 use std::path::Path;
 
@@ -93,13 +93,13 @@ pub fn export(
 ) -> Result<Exported, ExportError> {
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let mut chosen = select(store, request, &corridor)?;
-    let outlet = Outlet::at(out, Kind::Store, &[store.path()])?;
-    let writing = Writing { store, request, corridor: &corridor, outlet: &outlet, progress };
+    let file = AtomicFile::create(out, FileKind::Store, &[store.path()])?;
+    let writing = Writing { store, request, corridor: &corridor, file: &file, progress };
     let (manifest, dropped) = writing.fitted(&mut chosen)?;
-    let seal = write_seal(outlet.beside(), &manifest.to_text(), request.key.as_ref())?;
-    let bytes = size_of(outlet.beside())?;
-    let parts = parts_of(&Reader::open(outlet.beside())?, &chosen)?;
-    outlet.publish()?;
+    let seal = write_seal(file.temporary_path(), &manifest.to_text(), request.key.as_ref())?;
+    let bytes = file_len(file.temporary_path())?;
+    let parts = parts_of(&Reader::open(file.temporary_path())?, &chosen)?;
+    file.persist()?;
     Ok(Exported {
         parts,
         bytes,
@@ -116,7 +116,7 @@ struct Writing<'a> {
     store: &'a Reader,
     request: &'a ExportRequest,
     corridor: &'a Corridor,
-    outlet: &'a Outlet,
+    file: &'a AtomicFile,
     progress: &'a dyn Fn(u64, u64),
 }
 
@@ -131,22 +131,22 @@ impl Writing<'_> {
             let least: u64 = parts_of(self.store, chosen)?.iter().map(known).sum();
             if least <= most {
                 let manifest = self.write(chosen, &dropped)?;
-                if size_of(self.outlet.beside())? <= most {
+                if file_len(self.file.temporary_path())? <= most {
                     return Ok((manifest, dropped));
                 }
             }
             let Some(one) = shed(chosen, self.store.layers()) else {
                 // What it takes at least is known once it is written.
                 self.write(chosen, &dropped)?;
-                return Err(ExportError::TooLarge { least: size_of(self.outlet.beside())?, most });
+                return Err(ExportError::TooLarge { least: file_len(self.file.temporary_path())?, most });
             };
             dropped.push(one);
         }
     }
 
     fn write(&self, chosen: &[LayerPart], dropped: &[Dropped]) -> Result<Manifest, ExportError> {
-        self.outlet.clear()?;
-        let mut extract = Extract::begin(&self.outlet.draft(), self.store.descriptor_contract())?;
+        self.file.truncate()?;
+        let mut extract = Extract::begin(&self.file.draft_path(), self.store.descriptor_contract())?;
         let total = chosen.iter().map(|p| p.tiles.len() as u64).sum();
         let mut done = 0;
         for part in chosen {
@@ -156,7 +156,7 @@ impl Writing<'_> {
             })?;
         }
         let manifest = manifest_of(&extract, self.store, self.request, dropped, self.corridor)?;
-        extract.finish(self.outlet.beside(), Some(&manifest.to_text()), SEAL_LEN as u8)?;
+        extract.finish(self.file.temporary_path(), Some(&manifest.to_text()), SEAL_LEN as u8)?;
         Ok(manifest)
     }
 }
@@ -177,7 +177,7 @@ fn manifest_of(
             horizontal_error_m = footprints.iter().map(|f| f.horizontal_error_m).fold(horizontal_error_m, f64::max);
             levels.push(level);
         }
-        layers.push(ManifestLayer::of(&layer, horizontal_error_m, levels));
+        layers.push(ManifestLayer::new(&layer, horizontal_error_m, levels));
     }
     let line =
         |r: &overfly_core::route::Route| r.points().iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect();

@@ -1,7 +1,7 @@
-//! The digest of a whole file, on all cores: BLAKE3 as `b3sum` prints it, some bytes taken as zeros.
+//! The digest of a whole file on all cores: BLAKE3 as `b3sum` prints it, with a range of bytes taken as zeros.
 //!
-//! BLAKE3 is a tree: a left subtree of 2^k bytes hashes apart from what is right of it. So pieces of 1 MiB are read and hashed
-//! by whoever is free, and joined. Nothing is mapped into memory: a file that shrinks meanwhile is an error and no signal.
+//! BLAKE3 is a tree hash: a left subtree of 2^k bytes can be hashed independently. So threads read and hash pieces of 1 MiB, which
+//! are then merged. The file is not mapped into memory: a file that shrinks is an error, and not a signal.
 
 use blake3::hazmat::{ChainingValue, HasherExt, Mode, left_subtree_len, merge_subtrees_non_root, merge_subtrees_root};
 use blake3::{Hash, Hasher};
@@ -12,21 +12,22 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
-/// Bytes read and hashed at once: a power of two, so a whole subtree; it stays in a core's cache.
+/// Bytes that are read and hashed at once: a power of two, so a whole subtree, and small enough for the cache of a core.
 const PIECE: u64 = 1 << 20;
 
 thread_local! {
     static BUFFER: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
-/// BLAKE3 of the file at `path`, the bytes of `hole` taken as zeros. `progress` is told bytes done in each piece.
+/// Returns the BLAKE3 hash of the file at `path`, with the bytes of `hole` taken as zeros. Calls `progress` with the number of bytes
+/// of each piece.
 ///
 /// # Errors
-/// Where it cannot be read, or shrinks meanwhile.
+/// Where the file cannot be read, or shrinks in the meantime.
 pub fn file_digest(path: &Path, hole: Range<u64>, progress: &(dyn Fn(u64) + Sync)) -> io::Result<[u8; 32]> {
     let file = File::open(path)?;
     let whole = 0..file.metadata()?.len();
-    let source = Source { file: &file, hole, progress };
+    let source = HashedFile { file: &file, hole, progress };
     let hash = if whole.end <= PIECE {
         source.piece(&whole, blake3::hash)?
     } else {
@@ -36,14 +37,15 @@ pub fn file_digest(path: &Path, hole: Range<u64>, progress: &(dyn Fn(u64) + Sync
     Ok(Hash::into(hash))
 }
 
-struct Source<'a> {
+/// The file to hash.
+struct HashedFile<'a> {
     file: &'a File,
     hole: Range<u64>,
     progress: &'a (dyn Fn(u64) + Sync),
 }
 
-impl Source<'_> {
-    /// The chaining value of a part that is a subtree and not the whole.
+impl HashedFile<'_> {
+    /// Returns the chaining value of a part of the file that is a subtree.
     fn subtree(&self, part: &Range<u64>) -> io::Result<ChainingValue> {
         if part.end - part.start <= PIECE {
             return self.piece(part, |bytes| {
@@ -55,13 +57,14 @@ impl Source<'_> {
         Ok(merge_subtrees_non_root(&left, &right, Mode::Hash))
     }
 
+    /// Returns the chaining values of the two subtrees of a part.
     fn halves(&self, part: &Range<u64>) -> io::Result<(ChainingValue, ChainingValue)> {
         let middle = part.start + left_subtree_len(part.end - part.start);
         let (left, right) = rayon::join(|| self.subtree(&(part.start..middle)), || self.subtree(&(middle..part.end)));
         Ok((left?, right?))
     }
 
-    /// What `hash` makes of the bytes of a part.
+    /// Reads a part of the file and passes its bytes to `hash`.
     fn piece<T>(&self, part: &Range<u64>, hash: impl FnOnce(&[u8]) -> T) -> io::Result<T> {
         BUFFER.with_borrow_mut(|buffer| {
             buffer.resize(PIECE as usize, 0);

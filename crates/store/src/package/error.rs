@@ -1,10 +1,10 @@
-//! Why nothing can be exported, signed, or flown.
+//! `PackageError`: why a store cannot be exported, signed, patched or flown.
 
-use super::Date;
-use crate::StoreError;
+use crate::{StoreError, StoreRemedy};
+use jiff::civil::Date;
 use std::path::{Path, PathBuf};
 
-/// Why nothing can be exported, signed, or flown.
+/// Why a store cannot be exported, signed, patched or flown. The text states the fact; [`PackageError::remedy`] says what helps.
 #[derive(Debug, thiserror::Error)]
 pub enum PackageError {
     /// A store cannot be read or written.
@@ -13,127 +13,127 @@ pub enum PackageError {
     /// A file cannot be read or written.
     #[error("{path}: {cause}", path = path.display())]
     Io {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The message of the system.
         cause: std::io::Error,
     },
-    /// A key is never overwritten.
-    #[error("{path}: exists, and a key is never overwritten: choose another name", path = path.display())]
+    /// The key file exists.
+    #[error("{path}: exists, and a key is never overwritten", path = path.display())]
     KeyExists {
         /// The file.
         path: PathBuf,
     },
-    /// Not a key.
-    #[error("{path}: {reason}; `overfly keygen --out KEY` makes KEY (PKCS#8 PEM, to sign) and KEY.pub (SPKI PEM, to verify), both Ed25519", path = path.display())]
+    /// The file is not a key.
+    #[error("{path}: {reason}", path = path.display())]
     NotAKey {
         /// The file.
         path: PathBuf,
         /// What is wrong.
         reason: String,
     },
-    /// A signature is required and there is none.
-    #[error("{path}: is not signed, and a signature is required: export it with `overfly export --sign KEY`", path = path.display())]
+    /// The store is not signed, and a signature is required.
+    #[error("{path}: not signed, and a signature is required", path = path.display())]
     Unsigned {
         /// The store.
         path: PathBuf,
     },
-    /// Signed by somebody else.
-    #[error("{path}: signed with the key {found}, required is {required}: is it the right store, and the right key?", path = path.display())]
+    /// The store is signed with another key.
+    #[error("{path}: signed with the key {found}, but {required} is required", path = path.display())]
     WrongKey {
         /// The store.
         path: PathBuf,
-        /// The public key that its manifest names.
+        /// The public key that the manifest names.
         found: String,
-        /// The one required.
+        /// The required public key.
         required: String,
     },
-    /// The manifest, or what it says of the store's content, was altered.
-    #[error("{path}: its manifest was altered: {reason}; restore the store from a copy, or export it anew", path = path.display())]
+    /// The manifest was altered, or the store is not the one that it describes.
+    #[error("{path}: its manifest was altered: {reason}", path = path.display())]
     AlteredManifest {
         /// The store.
         path: PathBuf,
-        /// What does not agree.
+        /// What does not match.
         reason: String,
     },
     /// The seal was altered.
-    #[error("{path}: its seal was altered: {reason}; restore the store from a copy, or export it anew", path = path.display())]
+    #[error("{path}: its seal was altered: {reason}", path = path.display())]
     AlteredSeal {
         /// The store.
         path: PathBuf,
-        /// What does not agree.
+        /// What does not match.
         reason: String,
     },
-    /// A file that is no patch.
-    #[error("{path}: not a patch: {reason}; `overfly diff OLD NEW --out PATCH` makes one", path = path.display())]
+    /// The file is not a patch.
+    #[error("{path}: not a patch: {reason}", path = path.display())]
     NotAPatch {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong.
         reason: String,
     },
-    /// A patch that is not what was written.
-    #[error("{path}: the patch was altered or cut short: it does not have the digest that it states; copy it again, or make it anew", path = path.display())]
+    /// The patch was altered.
+    #[error("{path}: the patch was altered or truncated: it does not have the digest that it states", path = path.display())]
     AlteredPatch {
         /// The patch.
         path: PathBuf,
     },
-    /// A patch for another store.
-    #[error("{path}: the patch is for another store: this one's digest is {found}, the patch is for {expected}; make a patch from this one", path = path.display())]
+    /// The patch is for another store.
+    #[error("{path}: the patch is for another store: this one has the digest {found}, the patch is for {expected}", path = path.display())]
     WrongBase {
         /// The store.
         path: PathBuf,
-        /// Its digest.
+        /// The digest of the store.
         found: String,
-        /// That of the store that the patch is for.
+        /// The digest that the patch is for.
         expected: String,
     },
-    /// A patch that does not lead where it says.
-    #[error("{path}: the patch does not make of it what it states: {reason}; the store is as it was: copy the new store whole", path = path.display())]
+    /// The patch does not make the store that it states.
+    #[error("{path}: the patch does not make the store that it states: {reason}", path = path.display())]
     OtherResult {
         /// The store.
         path: PathBuf,
-        /// What is other.
+        /// What differs.
         reason: String,
     },
-    /// Past its date.
-    #[error("{path}: was valid until {valid_until}, and it is {today}: export it anew", path = path.display())]
+    /// The last day of the store has passed.
+    #[error("{path}: was valid until {valid_until}, and today is {today}", path = path.display())]
     Expired {
         /// The store.
         path: PathBuf,
-        /// Its last day.
+        /// The last day of the store.
         valid_until: Date,
-        /// This day.
+        /// Today.
         today: Date,
     },
-    /// The clock cannot be right, so no date can be judged.
-    #[error("{path}: the clock says {today}, and the store holds imagery of {newest}: set the clock; until then nobody can say whether the store is too old", path = path.display())]
+    /// The clock cannot be right, so that no date can be judged.
+    #[error("{path}: the clock says {today}, but the store holds imagery of {newest}, so its age is unknown", path = path.display())]
     Clock {
         /// The store.
         path: PathBuf,
-        /// What the clock says.
+        /// The day of the clock.
         today: Date,
-        /// The newest imagery.
+        /// The date of the newest imagery.
         newest: Date,
     },
-    /// A layer older than the policy allows.
-    #[error("{path}: {what}: build it from newer imagery, or change --stale-after-days", path = path.display())]
+    /// A layer is older than the policy allows.
+    #[error("{path}: {what}", path = path.display())]
     Stale {
         /// The store.
         path: PathBuf,
-        /// Which layer, how old, and the policy.
+        /// The layer, its age, and the limit.
         what: String,
     },
-    /// The operating system gives no randomness.
+    /// The operating system gives no random numbers.
     #[error("the system gives no random numbers: {reason}")]
     Randomness {
-        /// What it says.
+        /// The message of the system.
         reason: String,
     },
 }
 
 impl PackageError {
-    /// A stable word for scripts.
+    /// Returns a stable code word for scripts.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Store(e) => e.code(),
@@ -155,7 +155,7 @@ impl PackageError {
         }
     }
 
-    /// Whether what was given is at fault, and not the work on it: exit code 2.
+    /// Whether the input is at fault (exit code 2), and not the work on it.
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Store(e) => e.is_unusable_input(),
@@ -164,7 +164,27 @@ impl PackageError {
         }
     }
 
-    /// Names what the system reports about `path`, in the store's words where it has any.
+    /// Returns what helps against this error, if anything is known to.
+    pub fn remedy(&self) -> Option<StoreRemedy> {
+        Some(match self {
+            Self::Store(error) => return error.remedy(),
+            Self::KeyExists { .. } => StoreRemedy::ChooseOtherName,
+            Self::NotAKey { .. } => StoreRemedy::GenerateKey,
+            Self::Unsigned { .. } => StoreRemedy::ExportSigned,
+            Self::WrongKey { .. } => StoreRemedy::CheckStoreAndKey,
+            Self::AlteredManifest { .. } | Self::AlteredSeal { .. } => StoreRemedy::RestoreOrExportAgain,
+            Self::NotAPatch { .. } => StoreRemedy::MakePatch,
+            Self::AlteredPatch { .. } => StoreRemedy::CopyPatchAgain,
+            Self::WrongBase { .. } => StoreRemedy::MakePatchFromThisStore,
+            Self::OtherResult { .. } => StoreRemedy::CopyStore,
+            Self::Expired { .. } => StoreRemedy::ExportAgain,
+            Self::Clock { .. } => StoreRemedy::SetClock,
+            Self::Stale { .. } => StoreRemedy::UseNewerImageryOrPolicy,
+            Self::Io { .. } | Self::Randomness { .. } => return None,
+        })
+    }
+
+    /// Makes the error for a failure of the system with `path`.
     pub(super) fn io(path: &Path, cause: std::io::Error) -> Self {
         match StoreError::io(path, cause) {
             StoreError::Io { path, source } => Self::Io { path, cause: source },

@@ -1,25 +1,27 @@
-//! Freshness: how old a store's imagery may be, and whether it is still valid. A policy is stated, and what it finds is said.
+//! Freshness: whether a store is still valid, and whether its imagery is newer than a policy demands.
 
-use super::{Date, Manifest, PackageError};
+use super::date::{acquisition_day, days_between};
+use super::{Manifest, PackageError};
 use crate::Layer;
+use jiff::civil::Date;
 use std::path::Path;
 use std::str::FromStr;
 
-/// What to do with a layer older than so many days.
+/// What to do with a layer that is older than a number of days.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StalePolicy {
-    /// Of which layer; of every one where none is named.
+    /// The layer: every layer if `None`.
     pub layer: Option<String>,
-    /// Older than this is stale.
+    /// A layer is stale if it is older than this many days.
     pub days: u32,
-    /// Whether a stale layer is refused, or told of.
+    /// Whether a stale layer is an error, or only a finding.
     pub refuse: bool,
 }
 
 impl FromStr for StalePolicy {
     type Err = String;
 
-    /// `[LAYER:]DAYS=warn` or `[LAYER:]DAYS=refuse`.
+    /// Parses `[LAYER:]DAYS=warn` or `[LAYER:]DAYS=refuse`.
     fn from_str(text: &str) -> Result<Self, String> {
         let refuse = || format!("{text:?}: write DAYS=warn, DAYS=refuse or LAYER:DAYS=refuse");
         let (what, action) = text.split_once('=').ok_or_else(refuse)?;
@@ -35,21 +37,21 @@ impl FromStr for StalePolicy {
     }
 }
 
-/// Something of a store's age that is told of and not refused.
+/// A warning about the age of a store.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// A stable word.
+    /// A stable code word.
     pub code: &'static str,
-    /// For people.
+    /// The warning as text.
     pub message: String,
 }
 
-/// Judges a store's age on a day. A layer's age is that of its oldest source; one whose sources are of unknown date is stale
-/// by any policy. Where any date is to be judged, a clock behind the newest imagery is refused: it cannot be right.
+/// Checks the last day of a store, and the age of its layers. The age of a layer is the age of its oldest source. A layer of unknown
+/// date is stale by any policy. If any date is checked, a clock behind the newest imagery is an error: it cannot be right.
 ///
 /// # Errors
 /// [`PackageError::Expired`], [`PackageError::Stale`], [`PackageError::Clock`].
-pub fn freshness(
+pub fn check_freshness(
     path: &Path,
     layers: &[Layer],
     manifest: Option<&Manifest>,
@@ -58,7 +60,7 @@ pub fn freshness(
 ) -> Result<Vec<Finding>, PackageError> {
     let valid_until = manifest.and_then(Manifest::valid_until);
     let dates = layers.iter().filter_map(|l| l.acquired.as_ref());
-    let newest = dates.filter_map(|(_, last)| Date::of_acquired(last)).max();
+    let newest = dates.filter_map(|(_, last)| acquisition_day(last)).max();
     let judged = valid_until.is_some() || !policies.is_empty();
     if let Some(newest) = newest.filter(|&n| judged && n > today) {
         return Err(PackageError::Clock { path: path.into(), today, newest });
@@ -79,20 +81,21 @@ pub fn freshness(
     Ok(findings)
 }
 
-/// What makes a layer stale by a policy, if anything.
+/// Returns why a layer is stale by a policy, if it is.
 fn stale(layer: &Layer, policy: &StalePolicy, today: Date) -> Option<String> {
     let (name, most) = (&layer.name, policy.days);
-    let Some(oldest) = layer.acquired.as_ref().and_then(|(first, _)| Date::of_acquired(first)) else {
-        return Some(format!("layer {name} is of unknown date, and at most {most} days are allowed"));
+    let Some(oldest) = layer.acquired.as_ref().and_then(|(first, _)| acquisition_day(first)) else {
+        return Some(format!("layer {name} has an unknown date, and at most {most} days are allowed"));
     };
-    let days = today.days_since(oldest);
-    let told = format!("layer {name} holds imagery of {oldest}, {days} days old, and at most {most} are allowed");
-    (days > i64::from(most)).then_some(told)
+    let days = days_between(oldest, today);
+    let message = format!("layer {name} holds imagery of {oldest}, {days} days old, and at most {most} are allowed");
+    (days > i64::from(most)).then_some(message)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::package::parse_date;
 
     fn layer(name: &str, acquired: Option<(&str, &str)>) -> Layer {
         Layer {
@@ -110,7 +113,7 @@ mod tests {
 
     fn judge(layers: &[Layer], policies: &[&str], today: &str) -> Result<Vec<Finding>, &'static str> {
         let policies: Vec<StalePolicy> = policies.iter().map(|p| p.parse().unwrap()).collect();
-        freshness(Path::new("a.gpkg"), layers, None, &policies, today.parse().unwrap()).map_err(|e| e.code())
+        check_freshness(Path::new("a.gpkg"), layers, None, &policies, parse_date(today).unwrap()).map_err(|e| e.code())
     }
 
     #[test]
@@ -122,13 +125,13 @@ mod tests {
         assert!(all[0].message.contains("3051 days") && all[1].message.contains("unknown date"), "{all:?}");
         assert_eq!(judge(&layers, &["a:3051=refuse"], "2026-11-22"), Ok(vec![]));
         assert_eq!(judge(&layers, &["a:3050=refuse"], "2026-11-22"), Err("stale_layer"));
-        assert_eq!(judge(&layers, &["9999=refuse"], "2026-11-22"), Err("stale_layer"), "of unknown date");
+        assert_eq!(judge(&layers, &["9999=refuse"], "2026-11-22"), Err("stale_layer"), "unknown date");
         assert_eq!(judge(&layers, &["a:3050=warn", "b:1=refuse"], "2026-11-22"), Err("stale_layer"));
         assert_eq!(judge(&layers, &["9999=warn"], "2020-08-30"), Err("clock_implausible"));
     }
 
     #[test]
-    fn reads_policies_as_they_are_written() {
+    fn parses_policies() {
         let read = |text: &str| text.parse::<StalePolicy>();
         assert_eq!(read("730=warn"), Ok(StalePolicy { layer: None, days: 730, refuse: false }));
         assert_eq!(read("y2012:0=refuse"), Ok(StalePolicy { layer: Some("y2012".into()), days: 0, refuse: true }));

@@ -1,4 +1,4 @@
-//! Ed25519 keys (RFC 8032) in files that OpenSSL reads: PKCS#8 PEM to sign, SPKI PEM to verify (RFC 8410).
+//! Ed25519 keys (RFC 8032) in files that OpenSSL reads: PKCS#8 PEM for signing, SPKI PEM for verification (RFC 8410).
 
 use super::PackageError;
 use crate::hex;
@@ -11,13 +11,13 @@ use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-/// Key files are a few hundred bytes.
+/// Largest key file, bytes. Real ones have a few hundred.
 const MOST_BYTES: u64 = 64 << 10;
 
-/// A key to sign with. Never printed.
+/// A secret key, which signs. Its `Debug` text shows only the public key.
 pub struct SecretKey(SigningKey);
 
-/// A key to verify with.
+/// A public key, which verifies signatures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PublicKey(VerifyingKey);
 
@@ -28,36 +28,36 @@ impl fmt::Debug for SecretKey {
 }
 
 impl SecretKey {
-    /// The key of a PKCS#8 PEM text.
+    /// Parses a PKCS#8 PEM text.
     ///
     /// # Errors
-    /// What is wrong with it, for people.
+    /// What is wrong with the text.
     pub fn from_pem(text: &str) -> Result<Self, String> {
         if text.contains("PUBLIC KEY") {
-            return Err("it is a public key, and signing takes the secret one".into());
+            return Err("it is a public key, and signing needs the secret key".into());
         }
-        SigningKey::from_pkcs8_pem(text).map(Self).map_err(|e| format!("no Ed25519 key in PKCS#8 PEM ({e})"))
+        SigningKey::from_pkcs8_pem(text).map(Self).map_err(|e| format!("not an Ed25519 key in PKCS#8 PEM ({e})"))
     }
 
-    /// Reads it.
+    /// Reads a key file.
     ///
     /// # Errors
     /// [`PackageError::NotAKey`], or where the file cannot be read.
     pub fn read(path: &Path) -> Result<Self, PackageError> {
-        Self::from_pem(&text_of(path)?).map_err(|reason| PackageError::NotAKey { path: path.into(), reason })
+        Self::from_pem(&read_text(path)?).map_err(|reason| PackageError::NotAKey { path: path.into(), reason })
     }
 
-    /// The key that verifies its signatures.
+    /// Returns the public key.
     pub fn public(&self) -> PublicKey {
         PublicKey(self.0.verifying_key())
     }
 
-    /// The signature of a message.
+    /// Signs a message.
     pub fn sign(&self, message: &[u8]) -> [u8; 64] {
         self.0.sign(message).to_bytes()
     }
 
-    /// PKCS#8 of version 1, without the public key: OpenSSL reads no other.
+    /// Encodes the key as PKCS#8 version 1, without the public key: OpenSSL reads no other version.
     fn to_pem(&self) -> Result<String, String> {
         let bytes = KeypairBytes { secret_key: self.0.to_bytes(), public_key: None };
         bytes.to_pkcs8_pem(LineEnding::LF).map(|pem| pem.to_string()).map_err(|e| e.to_string())
@@ -65,26 +65,26 @@ impl SecretKey {
 }
 
 impl PublicKey {
-    /// The key of an SPKI PEM text.
+    /// Parses an SPKI PEM text.
     ///
     /// # Errors
-    /// What is wrong with it, for people.
+    /// What is wrong with the text.
     pub fn from_pem(text: &str) -> Result<Self, String> {
         if text.contains("PRIVATE KEY") {
-            return Err("it is a secret key: give KEY.pub, and keep the secret key where stores are signed".into());
+            return Err("it is a secret key, and verification needs the public key".into());
         }
-        VerifyingKey::from_public_key_pem(text).map(Self).map_err(|e| format!("no Ed25519 key in SPKI PEM ({e})"))
+        VerifyingKey::from_public_key_pem(text).map(Self).map_err(|e| format!("not an Ed25519 key in SPKI PEM ({e})"))
     }
 
-    /// Reads it.
+    /// Reads a key file.
     ///
     /// # Errors
     /// [`PackageError::NotAKey`], or where the file cannot be read.
     pub fn read(path: &Path) -> Result<Self, PackageError> {
-        Self::from_pem(&text_of(path)?).map_err(|reason| PackageError::NotAKey { path: path.into(), reason })
+        Self::from_pem(&read_text(path)?).map_err(|reason| PackageError::NotAKey { path: path.into(), reason })
     }
 
-    /// The key of 32 bytes in hexadecimal; `None` where they are none.
+    /// Parses 32 bytes in hexadecimal: `None` if they are not a key.
     pub fn from_hex(text: &str) -> Option<Self> {
         let mut bytes = [0; 32];
         if text.len() != 64 || !text.is_ascii() {
@@ -96,12 +96,12 @@ impl PublicKey {
         VerifyingKey::from_bytes(&bytes).ok().map(Self)
     }
 
-    /// Its 32 bytes, hexadecimal.
+    /// Returns the 32 bytes of the key, hexadecimal.
     pub fn to_hex(&self) -> String {
         hex(self.0.as_bytes())
     }
 
-    /// Whether a signature of a message is this key's; weak keys and malleable signatures are not.
+    /// Whether this key verifies the signature of a message. Weak keys and malleable signatures are rejected.
     pub fn verifies(&self, message: &[u8], signature: &[u8; 64]) -> bool {
         self.0.verify_strict(message, &Signature::from_bytes(signature)).is_ok()
     }
@@ -111,10 +111,11 @@ impl PublicKey {
     }
 }
 
-/// Makes a pair of keys: `path`, readable by its owner alone, and `path` with `.pub` behind it. Returns that name and the key.
+/// Generates a pair of keys: the secret key in `path`, readable only by its owner, and the public key in `path` with the suffix
+/// `.pub`. Returns the path of the public key, and the key.
 ///
 /// # Errors
-/// [`PackageError::KeyExists`] where either is there: nothing is written then. Where the folder may not be written.
+/// [`PackageError::KeyExists`] if either file exists: nothing is written then. Where the folder cannot be written.
 pub fn generate(path: &Path) -> Result<(PathBuf, PublicKey), PackageError> {
     let mut name = path.as_os_str().to_os_string();
     name.push(".pub");
@@ -130,18 +131,18 @@ pub fn generate(path: &Path) -> Result<(PathBuf, PublicKey), PackageError> {
     let public = secret.public();
     let written = public.to_pem().map_err(refuse).and_then(|pem| create(&public_path, 0o644, &pem));
     if written.is_err() {
-        // Half a pair is of no use; the first failure is the one to report.
+        // Half a pair is of no use. The first failure is the one to report.
         let _ = std::fs::remove_file(path);
     }
     written.map(|()| (public_path, public))
 }
 
-/// Writes a file that is not there yet, and syncs it.
+/// Creates a file, which must not exist, and syncs it.
 fn create(path: &Path, mode: u32, text: &str) -> Result<(), PackageError> {
     let opened = OpenOptions::new().write(true).create_new(true).mode(mode).open(path);
     let outcome = opened.and_then(|mut file| {
         let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-        // A key cut short is none, and would be in the way of the next.
+        // A truncated key is of no use, and would prevent the next attempt.
         written.inspect_err(|_| drop(std::fs::remove_file(path)))
     });
     outcome.map_err(|cause| match cause.kind() {
@@ -151,14 +152,15 @@ fn create(path: &Path, mode: u32, text: &str) -> Result<(), PackageError> {
     })
 }
 
-fn text_of(path: &Path) -> Result<String, PackageError> {
+/// Reads the text of a key file.
+fn read_text(path: &Path) -> Result<String, PackageError> {
     let refuse = |reason: &str| PackageError::NotAKey { path: path.into(), reason: reason.into() };
     let metadata = std::fs::metadata(path).map_err(|cause| match cause.kind() {
-        std::io::ErrorKind::NotFound => refuse("there is no such file"),
+        std::io::ErrorKind::NotFound => refuse("no such file"),
         _ => PackageError::io(path, cause),
     })?;
     if metadata.len() > MOST_BYTES || !metadata.is_file() {
-        return Err(refuse("it is no key file"));
+        return Err(refuse("it is not a key file"));
     }
     let bytes = std::fs::read(path).map_err(|cause| PackageError::io(path, cause))?;
     String::from_utf8(bytes).map_err(|_| refuse("it is not text"))
@@ -173,7 +175,7 @@ mod tests {
     const PUBLIC: &str = "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a";
 
     #[test]
-    fn public_keys_come_back_from_text_and_hex() {
+    fn public_keys_round_trip_through_text_and_hex() {
         let seed: Vec<u8> = (0..32).map(|i| u8::from_str_radix(&SEED[2 * i..2 * i + 2], 16).unwrap()).collect();
         let secret = SecretKey(SigningKey::from_bytes(seed.as_slice().try_into().unwrap()));
         let public = secret.public();

@@ -1,37 +1,38 @@
-//! `Manifest`: what an exported store says of itself, as JSON: one line, no blanks, keys in the order of the fields here.
+//! `Manifest`: the description of an exported store, as JSON: one line, no blanks, keys in the order of the fields here.
 
-use super::Date;
+use super::date::parse_date;
 use crate::{Layer, LevelDigests};
+use jiff::civil::Date;
 use serde::{Deserialize, Serialize};
 
-/// What `format` says.
+/// The value of `format`.
 const FORMAT: &str = "overfly package 1";
 
-/// What an exported store says of itself.
+/// The description of an exported store.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// "overfly package 1".
+    /// `overfly package 1`.
     pub format: String,
-    /// The version of the store's format.
+    /// Format version of the store.
     pub store_format: u32,
-    /// How its tiles are described.
+    /// Descriptor contract of its tiles.
     pub descriptor_contract: String,
-    /// The store's digest, hexadecimal.
+    /// Digest of the store, hexadecimal.
     pub digest: String,
-    /// The digest of the store it was cut from.
+    /// Digest of the store that it was exported from, hexadecimal.
     pub cut_from: String,
-    /// Its layers, by name.
+    /// Layers by name.
     pub layers: Vec<ManifestLayer>,
-    /// Where it may be flown.
+    /// Where the store may be flown.
     pub route: ManifestRoute,
-    /// The calibration that the corridor's growth comes from.
+    /// The calibration from which the growth of the corridor was computed.
     pub calibration: Option<serde_json::Value>,
-    /// What was left out to keep it small.
+    /// What was left out to reduce the size.
     pub dropped: Vec<Dropped>,
-    /// The last day on which it may be flown, ISO 8601.
+    /// The last day (UTC) on which the store may be flown, ISO 8601.
     pub valid_until: Option<String>,
-    /// The Ed25519 public key of who signed it, 32 bytes, hexadecimal.
+    /// The Ed25519 public key of the signer, 32 bytes, hexadecimal.
     pub signed_by: Option<String>,
 }
 
@@ -39,25 +40,25 @@ pub struct Manifest {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ManifestLayer {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Finest level.
+    /// Zoom of the finest level.
     pub base_zoom: u8,
-    /// Coarsest level.
+    /// Zoom of the coarsest level.
     pub min_zoom: u8,
-    /// Tiles at the finest level.
+    /// Number of tiles at the finest level.
     pub base_tiles: u64,
-    /// Tiles at all levels.
+    /// Number of tiles at all levels.
     pub tiles: u64,
-    /// West, south, east, north, degrees.
+    /// Extent, degrees: west, south, east, north.
     pub bounds_deg: [f64; 4],
-    /// Earliest and latest acquisition date of its sources, where known.
+    /// Earliest and latest acquisition date of its sources, if known.
     pub acquired: Option<(String, String)>,
-    /// The largest horizontal error of its tiles, one standard deviation per axis, metres.
+    /// Largest horizontal error of its tiles, one standard deviation per axis, metres.
     pub horizontal_error_m: f64,
-    /// Its digest, hexadecimal: over all its levels' footprints, each of which states its tile's content hash.
+    /// Digest over the footprints of all its levels, hexadecimal. Each footprint states the content hash of its tile.
     pub digest: String,
-    /// Level by level, coarsest first.
+    /// Digests of its levels, coarsest first.
     pub levels: Vec<LevelDigests>,
 }
 
@@ -65,29 +66,29 @@ pub struct ManifestLayer {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ManifestRoute {
-    /// The planned route, then its alternates: positions as longitude and latitude, degrees.
+    /// The planned route, then its alternates, each a list of longitude and latitude in degrees.
     pub lines_deg: Vec<Vec<[f64; 2]>>,
-    /// The corridor on each side as stated, metres.
+    /// Stated width of the corridor on each side, metres.
     pub corridor_m: f64,
-    /// The corridor on each side at its widest, metres.
+    /// Largest width of the corridor on each side, metres.
     pub widest_m: f64,
-    /// The aircraft's numbers by which it grew; absent where it did not.
+    /// The parameters of the aircraft by which the corridor grew, if it did.
     pub grown_by: Option<serde_json::Value>,
 }
 
-/// Something that was left out of an export, and what that costs.
+/// Something that was left out of an export, and the consequence.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dropped {
-    /// What.
+    /// What was left out.
     pub what: String,
-    /// What it does to the flight.
+    /// The consequence for the flight.
     pub effect: String,
 }
 
 impl ManifestLayer {
-    /// Of a finished layer and its levels.
-    pub fn of(layer: &Layer, horizontal_error_m: f64, levels: Vec<LevelDigests>) -> Self {
+    /// Describes a finished layer and its levels.
+    pub fn new(layer: &Layer, horizontal_error_m: f64, levels: Vec<LevelDigests>) -> Self {
         Self {
             name: layer.name.clone(),
             base_zoom: layer.base_zoom,
@@ -102,43 +103,43 @@ impl ManifestLayer {
         }
     }
 
-    /// Whether a layer of a store is this one.
-    pub fn is(&self, layer: &Layer) -> bool {
-        *self == Self::of(layer, self.horizontal_error_m, self.levels.clone()) && layer.complete
+    /// Whether a layer of a store is the described one, and is finished.
+    pub fn matches(&self, layer: &Layer) -> bool {
+        *self == Self::new(layer, self.horizontal_error_m, self.levels.clone()) && layer.complete
     }
 }
 
 impl Manifest {
-    /// What `format` says of manifests that this program writes.
+    /// Returns the value of `format` that this program writes.
     pub fn format() -> String {
         FORMAT.into()
     }
 
-    /// The bytes that stand in the store.
+    /// Returns the JSON text as stored.
     pub fn to_text(&self) -> String {
         serde_json::to_string(self).expect("a manifest serialises")
     }
 
-    /// A manifest of its bytes.
+    /// Parses a stored manifest.
     ///
     /// # Errors
-    /// What is wrong with it, for people: no manifest, one of another format, or not written as this program writes it.
+    /// What is wrong: not a manifest, another format, or a text that this program would write differently.
     pub fn from_text(text: &str) -> Result<Self, String> {
         let manifest: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
         if manifest.format != FORMAT {
             return Err(format!("its format is {:?}, this program's is {FORMAT:?}", manifest.format));
         }
         if let Some(day) = &manifest.valid_until {
-            day.parse::<Date>()?;
+            parse_date(day)?;
         }
         if manifest.to_text() != text {
-            return Err("it is not written as this program writes it".into());
+            return Err("this program would write it differently".into());
         }
         Ok(manifest)
     }
 
-    /// The last day on which it may be flown.
+    /// Returns the last day on which the store may be flown.
     pub fn valid_until(&self) -> Option<Date> {
-        self.valid_until.as_deref().and_then(|day| day.parse().ok())
+        self.valid_until.as_deref().and_then(|day| parse_date(day).ok())
     }
 }

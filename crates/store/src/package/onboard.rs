@@ -1,26 +1,28 @@
-//! Opening a store as the aircraft does: manifest, signature and age first, then every footprint.
+//! Opens a store as the aircraft does: proves manifest, signature, age and every footprint.
 
-use super::freshness::{Finding, StalePolicy, freshness};
+use super::freshness::{Finding, StalePolicy, check_freshness};
 use super::sealed_file::read_seal;
-use super::{Date, Manifest, PackageError, PublicKey, Seal};
+use super::{Manifest, PackageError, PublicKey, Seal};
 use crate::Reader;
+use jiff::civil::Date;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// A store that may be flown, and what is to be said of it.
+/// A store that may be flown, and the warnings about it.
 #[derive(Debug)]
 pub struct Onboard {
     /// The store.
     pub store: Reader,
-    /// Its manifest, where it was exported.
+    /// The manifest, if the store was exported.
     pub manifest: Option<Manifest>,
-    /// What is told of and not refused.
+    /// Warnings about the age of the store.
     pub findings: Vec<Finding>,
 }
 
-/// Opens a store onboard. With `required` it must be signed by that key. What is proved now: seal, manifest and signature,
-/// every footprint against its layer's digest, layers against the manifest. What is proved when it is read: each tile against
-/// the hash that its footprint states, cells against the manifest.
+/// Opens a store onboard. If `required` is given, the store must be signed with that key.
+///
+/// Opening proves seal, manifest and signature, every footprint by the digest of its layer, and the layers by the manifest.
+/// Reading proves each tile by the hash that its footprint states, and cells by the manifest.
 ///
 /// # Errors
 /// As [`Reader::open_onboard`], and [`PackageError::Unsigned`], [`PackageError::WrongKey`],
@@ -34,10 +36,10 @@ pub fn open_onboard(
 ) -> Result<Onboard, PackageError> {
     let store = Reader::open_onboard(path)?;
     let manifest = proved_manifest(&store, required)?;
-    let findings = freshness(path, store.layers(), manifest.as_ref(), policies, today)?;
+    let findings = check_freshness(path, store.layers(), manifest.as_ref(), policies, today)?;
     let store = match &manifest {
         Some(manifest) => {
-            agrees(&store, manifest)?;
+            check_layers(&store, manifest)?;
             let cells = stated_cells(manifest, path)?;
             store.with_stated_cells(cells)
         }
@@ -46,7 +48,7 @@ pub fn open_onboard(
     Ok(Onboard { store, manifest, findings })
 }
 
-/// The manifest of a store, its seal and signature proved; `None` where it was not exported and no signature is required.
+/// Returns the manifest of a store, proved by seal and signature: `None` if the store was not exported and no signature is required.
 ///
 /// # Errors
 /// As [`open_onboard`].
@@ -56,17 +58,17 @@ pub(super) fn proved_manifest(store: &Reader, required: Option<&PublicKey>) -> R
     match (store.manifest(), read_seal(path)?) {
         (None, None) if required.is_some() => Err(PackageError::Unsigned { path: path.into() }),
         (None, None) => Ok(None),
-        (Some(_), None) => Err(altered("the store holds a manifest, and has no seal")),
-        (None, Some(_)) => Err(altered("the store has a seal, and holds no manifest")),
-        (Some(text), Some((seal, _))) => prove(path, text, &seal, required).map(Some),
+        (Some(_), None) => Err(altered("the store has a manifest, but no seal")),
+        (None, Some(_)) => Err(altered("the store has a seal, but no manifest")),
+        (Some(text), Some((seal, _))) => prove_manifest(path, text, &seal, required).map(Some),
     }
 }
 
-/// A manifest of its text, held against the seal and its signature; `path` is where both stand.
+/// Parses a manifest, and proves it by the seal and its signature. `path` is the file of both.
 ///
 /// # Errors
 /// As [`open_onboard`].
-pub(super) fn prove(
+pub(super) fn prove_manifest(
     path: &Path,
     text: &str,
     seal: &Seal,
@@ -79,7 +81,7 @@ pub(super) fn prove(
     }
     let manifest = Manifest::from_text(text).map_err(reject)?;
     let signer = match &manifest.signed_by {
-        Some(hex) => Some(PublicKey::from_hex(hex).ok_or_else(|| reject(format!("{hex:?} is no public key")))?),
+        Some(hex) => Some(PublicKey::from_hex(hex).ok_or_else(|| reject(format!("{hex:?} is not a public key")))?),
         None => None,
     };
     match (&signer, required) {
@@ -92,31 +94,31 @@ pub(super) fn prove(
     }
     match &signer {
         Some(key) if !key.verifies(&seal.message(), &seal.signature) => {
-            Err(altered("its signature is not that of the key that the manifest names"))
+            Err(altered("its signature does not match the key that the manifest names"))
         }
-        None if seal.is_signed() => Err(altered("it bears a signature, and the manifest names nobody who signed")),
+        None if seal.is_signed() => Err(altered("it has a signature, but the manifest names no signer")),
         _ => Ok(manifest),
     }
 }
 
-/// Holds the layers of a store against its manifest.
+/// Checks that the layers of a store are those of its manifest.
 ///
 /// # Errors
 /// [`PackageError::AlteredManifest`].
-pub(super) fn agrees(store: &Reader, manifest: &Manifest) -> Result<(), PackageError> {
+pub(super) fn check_layers(store: &Reader, manifest: &Manifest) -> Result<(), PackageError> {
     let same = manifest.layers.len() == store.layers().len()
-        && manifest.layers.iter().zip(store.layers()).all(|(stated, found)| stated.is(found))
+        && manifest.layers.iter().zip(store.layers()).all(|(stated, found)| stated.matches(found))
         && manifest.digest == store.digest()
         && manifest.descriptor_contract == store.descriptor_contract()
         && manifest.store_format == store.format_version();
     if same {
         return Ok(());
     }
-    let reason = "the store's layers are not those that it states".into();
+    let reason = "the layers of the store are not those that it states".into();
     Err(PackageError::AlteredManifest { path: store.path().into(), reason })
 }
 
-/// What the cells of each layer and level must hash to.
+/// Returns the digests of the cells by layer and zoom.
 fn stated_cells(manifest: &Manifest, path: &Path) -> Result<HashMap<(String, u8), [u8; 32]>, PackageError> {
     let mut stated = HashMap::new();
     for layer in &manifest.layers {

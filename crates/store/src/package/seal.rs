@@ -1,35 +1,35 @@
-//! `Seal`: the last bytes of a store's first page. SQLite leaves them alone (they are the page's reserved space), so no byte
-//! of the file is outside: the file's digest is taken with the seal's bytes as zeros, and the signature covers the digest.
+//! `Seal`: the last bytes of the first page of an exported store. They are reserved space, which SQLite does not use. The digest
+//! of the file is computed with these bytes as zeros, and the signature covers the digest: so it covers every byte of the file.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
 //! | 0..16 | "overfly seal 1", a line feed, a zero |
-//! | 16..48 | BLAKE3 of the manifest's bytes |
-//! | 48..80 | BLAKE3 of the whole file, these 144 bytes taken as zeros |
-//! | 80..144 | Ed25519 signature of bytes 0..80; zeros where nobody signed |
+//! | 16..48 | BLAKE3 hash of the manifest |
+//! | 48..80 | BLAKE3 hash of the whole file, with these 144 bytes as zeros |
+//! | 80..144 | Ed25519 signature of bytes 0..80; zeros if unsigned |
 
 use std::ops::Range;
 
-/// Length of a seal, and of the space that is reserved at the end of every page, bytes.
+/// Length of a seal, and of the reserved space at the end of every page, bytes.
 pub const SEAL_LEN: usize = 144;
 
 const MAGIC: [u8; 16] = *b"overfly seal 1\n\0";
-/// Of the file that a header is taken from: SQLite's.
+/// Length of the header of an SQLite file, bytes.
 pub(super) const HEADER_LEN: usize = 100;
 
-/// What a seal says.
+/// The seal of an exported store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Seal {
-    /// BLAKE3 of the manifest's bytes.
+    /// BLAKE3 hash of the manifest.
     pub manifest: [u8; 32],
-    /// BLAKE3 of the whole file, the seal taken as zeros.
+    /// BLAKE3 hash of the whole file, with the seal as zeros.
     pub file: [u8; 32],
-    /// Ed25519 signature of [`Seal::message`]; zeros where nobody signed.
+    /// Ed25519 signature of [`Seal::message`]; zeros if unsigned.
     pub signature: [u8; 64],
 }
 
 impl Seal {
-    /// What is signed: bytes 0..80.
+    /// The signed message: bytes 0..80.
     pub fn message(&self) -> [u8; 80] {
         let mut message = [0; 80];
         message[..16].copy_from_slice(&MAGIC);
@@ -38,7 +38,7 @@ impl Seal {
         message
     }
 
-    /// As it stands in the file.
+    /// Returns the seal as it is stored.
     pub fn to_bytes(&self) -> [u8; SEAL_LEN] {
         let mut bytes = [0; SEAL_LEN];
         bytes[..80].copy_from_slice(&self.message());
@@ -46,7 +46,7 @@ impl Seal {
         bytes
     }
 
-    /// The seal of these bytes; `None` where they are none.
+    /// Parses a stored seal: `None` if the bytes are not a seal.
     pub fn from_bytes(bytes: &[u8; SEAL_LEN]) -> Option<Self> {
         let (mut manifest, mut file, mut signature) = ([0; 32], [0; 32], [0; 64]);
         manifest.copy_from_slice(&bytes[16..48]);
@@ -55,14 +55,15 @@ impl Seal {
         (bytes[..16] == MAGIC).then_some(Self { manifest, file, signature })
     }
 
-    /// Whether somebody signed.
+    /// Whether the seal has a signature.
     pub fn is_signed(&self) -> bool {
         self.signature != [0; 64]
     }
 }
 
-/// Where the seal of a store with this header stands: at the end of the first page, where so much is reserved there.
-pub(super) fn place(header: &[u8; HEADER_LEN]) -> Option<Range<u64>> {
+/// Returns the position of the seal in a file with this header, the end of the first page: `None` if the pages do not reserve
+/// [`SEAL_LEN`] bytes.
+pub(super) fn position(header: &[u8; HEADER_LEN]) -> Option<Range<u64>> {
     let stated = u16::from_be_bytes([header[16], header[17]]);
     // 1 stands for 65536 (the file format, 1.3.2).
     let page = if stated == 1 { 65_536 } else { u64::from(stated) };
@@ -88,17 +89,17 @@ mod tests {
     }
 
     #[test]
-    fn stands_at_the_end_of_the_first_page() {
+    fn is_at_the_end_of_the_first_page() {
         let mut header = [0; HEADER_LEN];
         header[..16].copy_from_slice(b"SQLite format 3\0");
         (header[16], header[20]) = (0x40, 144);
-        assert_eq!(place(&header), Some(16_240..16_384));
+        assert_eq!(position(&header), Some(16_240..16_384));
         (header[16], header[17]) = (0, 1);
-        assert_eq!(place(&header), Some(65_392..65_536));
+        assert_eq!(position(&header), Some(65_392..65_536));
         for (at, value) in [(0, b'T'), (20, 0), (20, 143), (17, 0)] {
             let mut other = header;
             other[at] = value;
-            assert_eq!(place(&other), None);
+            assert_eq!(position(&other), None);
         }
     }
 }

@@ -1,15 +1,15 @@
-//! Reading and writing a file's seal.
+//! Reads and writes the seal of a file.
 
 use super::PackageError;
 use super::digest::file_digest;
 use super::key::SecretKey;
-use super::seal::{HEADER_LEN, SEAL_LEN, Seal, place};
+use super::seal::{HEADER_LEN, SEAL_LEN, Seal, position};
 use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
-/// The seal of a file and where it stands; `None` where it has none.
+/// Reads the seal of a file and its position: `None` if the file has no seal.
 ///
 /// # Errors
 /// Where the file cannot be read.
@@ -23,15 +23,15 @@ pub fn read_seal(path: &Path) -> Result<Option<(Seal, Range<u64>)>, PackageError
         Err(e) if short(&e) => return Ok(None),
         other => other.map_err(fail)?,
     }
-    let Some(place) = place(&header) else { return Ok(None) };
-    match file.read_exact_at(&mut bytes, place.start) {
+    let Some(range) = position(&header) else { return Ok(None) };
+    match file.read_exact_at(&mut bytes, range.start) {
         Err(e) if short(&e) => return Ok(None),
         other => other.map_err(fail)?,
     }
-    Ok(Seal::from_bytes(&bytes).map(|seal| (seal, place)))
+    Ok(Seal::from_bytes(&bytes).map(|seal| (seal, range)))
 }
 
-/// Seals a store that was written with [`SEAL_LEN`] reserved bytes a page and this manifest.
+/// Seals a store that was written with [`SEAL_LEN`] reserved bytes a page and this manifest. Signs it if `key` is given.
 ///
 /// # Errors
 /// Where the file cannot be read or written.
@@ -48,7 +48,7 @@ pub fn write_seal(path: &Path, manifest: &str, key: Option<&SecretKey>) -> Resul
     Ok(seal)
 }
 
-/// Puts a seal that was made before into a store that was written with [`SEAL_LEN`] reserved bytes a page.
+/// Writes an existing seal into a store that was written with [`SEAL_LEN`] reserved bytes a page.
 ///
 /// # Errors
 /// Where the file cannot be read or written.
@@ -59,19 +59,19 @@ pub(super) fn put_seal(path: &Path, seal: &Seal) -> Result<(), PackageError> {
     file.write_all_at(&seal.to_bytes(), hole.start).map_err(fail)
 }
 
-/// Whether a file bears this seal, and is what was sealed.
+/// Whether a file has this seal and the digest that it states.
 ///
 /// # Errors
-/// Where it cannot be read.
+/// Where the file cannot be read.
 pub(super) fn file_is_sealed_by(path: &Path, seal: &Seal) -> Result<bool, PackageError> {
     let Some((found, hole)) = read_seal(path)? else { return Ok(false) };
     let digest = file_digest(path, hole, &|_| ()).map_err(|e| PackageError::io(path, e))?;
     Ok(found == *seal && digest == seal.file)
 }
 
-/// Where the seal of a store goes that was written with space for it.
+/// Returns the position of the seal in a store that was written with space for it.
 fn hole_of(file: &File) -> std::io::Result<Range<u64>> {
     let mut header = [0; HEADER_LEN];
     file.read_exact_at(&mut header, 0)?;
-    place(&header).ok_or_else(|| std::io::Error::other("SQLite reserved no space for the seal"))
+    position(&header).ok_or_else(|| std::io::Error::other("SQLite reserved no space for the seal"))
 }

@@ -1,107 +1,114 @@
-//! Verification of a store, exported or built: everything that can be checked, quickly, and all that is wrong.
+//! Verification of an exported or built store. The result lists every problem.
 
-use super::freshness::freshness;
-use super::onboard::{agrees, proved_manifest};
+use super::freshness::check_freshness;
+use super::onboard::{check_layers, proved_manifest};
 use super::sealed_file::read_seal;
-use super::{Date, PackageError, PublicKey, file_digest};
-use crate::{Reader, StoreError, Verification, hex, verify};
+use super::{PackageError, PublicKey, file_digest};
+use crate::{Reader, StoreError, StoreRemedy, Verification, hex, verify};
+use jiff::civil::Date;
 use serde::Serialize;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Something wrong with a store.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Problem {
-    /// A stable word.
-    pub code: &'static str,
-    /// For people.
-    pub message: String,
+/// A problem of a store.
+#[derive(Debug, Clone)]
+struct FoundProblem {
+    /// A stable code word.
+    code: &'static str,
+    /// The problem as text.
+    message: String,
+    /// What helps.
+    remedy: Option<StoreRemedy>,
 }
 
-/// What a verification found.
+/// The result of a verification.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PackageVerification {
-    /// Rows, tiles and digests.
+    /// The result for rows, tiles and digests.
     #[serde(flatten)]
     pub store: Verification,
-    /// The code word of the first thing wrong.
+    /// The code word of the first problem.
     pub code: Option<&'static str>,
-    /// Whether it was exported: then a seal holds the digest of the whole file.
+    /// What helps against the first problem.
+    #[serde(skip)]
+    pub remedy: Option<StoreRemedy>,
+    /// Whether the store is sealed, which means that it was exported.
     pub sealed: bool,
-    /// The digest of the whole file as it is, hexadecimal; of a sealed store.
+    /// The computed digest of the whole file, hexadecimal, for a sealed store.
     pub file_digest: Option<String>,
-    /// The public key whose signature was proved, hexadecimal.
+    /// The public key of the verified signature, hexadecimal.
     pub signed_by: Option<String>,
-    /// Its last day.
+    /// The last day on which the store may be flown.
     pub valid_until: Option<String>,
-    /// Whether every tile was read by itself: needed where the file's digest is wrong or there is none.
+    /// Whether every tile was read. This is needed if the digest of the file is wrong or there is none.
     pub tile_by_tile: bool,
-    /// The file's size.
+    /// Size of the file, bytes.
     pub bytes: u64,
 }
 
-/// How to verify.
+/// Options of a verification.
 #[derive(Debug, Clone, Copy)]
-pub struct Verify<'a> {
-    /// Who must have signed.
+pub struct VerifyOptions<'a> {
+    /// The key with which the store must be signed, if any.
     pub key: Option<&'a PublicKey>,
-    /// The day on which it shall be valid.
+    /// The day on which the store must be valid.
     pub today: Date,
-    /// Whether every tile is read by itself even where the whole file's digest is right.
+    /// Whether to read every tile even if the digest of the whole file is right.
     pub every_tile: bool,
 }
 
-/// Verifies a store. Of an exported one: the whole file's digest on all cores, seal, manifest, signature, last day, every
-/// footprint; where the digest is wrong, every tile by itself, so that all wrong ones are named. Of a built one: every tile by
-/// itself. `progress` is told units done and in all, bytes of the file first, tiles after.
+/// Verifies a store. For an exported store: the digest of the whole file on all cores, seal, manifest, signature, last day and
+/// every footprint; if the digest is wrong, every tile, so that the result names all bad ones. For a built store: every tile.
+/// Calls `progress` with units done and all units: first bytes of the file, then tiles.
 ///
 /// # Errors
-/// Where the file cannot be opened as a store at all. What is wrong inside is in the answer.
+/// Where the file cannot be opened as a store. Problems inside the store are in the result.
 pub fn verify_package(
     path: &Path,
-    how: &Verify<'_>,
+    options: &VerifyOptions<'_>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<PackageVerification, PackageError> {
     let metadata = std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?;
     if !metadata.is_file() {
-        return Err(StoreError::NotAStore { path: path.into(), found: "no regular file".into() }.into());
+        return Err(StoreError::NotAStore { path: path.into(), found: "not a regular file".into() }.into());
     }
     let opened = Reader::open(path);
-    let whole = Whole::of(path, progress)?;
+    let whole = WholeFile::read(path, progress)?;
     let reader = match opened {
         Ok(reader) => reader,
         Err(error) => return whole.unopened(error),
     };
     let mut problems: Vec<PackageError> = Vec::new();
-    let manifest = proved_manifest(&reader, how.key).map_err(|e| problems.push(e)).ok().flatten();
+    let manifest = proved_manifest(&reader, options.key).map_err(|e| problems.push(e)).ok().flatten();
     if let Some(manifest) = &manifest {
-        problems.extend(agrees(&reader, manifest).err());
-        problems.extend(freshness(path, reader.layers(), Some(manifest), &[], how.today).err());
+        problems.extend(check_layers(&reader, manifest).err());
+        problems.extend(check_freshness(path, reader.layers(), Some(manifest), &[], options.today).err());
     }
-    let mut told: Vec<Problem> = problems.iter().map(problem).collect();
-    told.extend(whole.problem());
-    let tile_by_tile = !whole.is_intact() || how.every_tile;
+    let mut found: Vec<FoundProblem> = problems.iter().map(problem).collect();
+    found.extend(whole.problem());
+    let tile_by_tile = !whole.is_intact() || options.every_tile;
     let checked = if tile_by_tile { verify(path, &|a, b| progress(a, b)) } else { Ok(footprints_only(&reader, path)) };
     let mut store = match checked {
         Ok(store) => store,
         Err(error) => return whole.unopened(error),
     };
-    let code = told.first().map(|p| p.code).or((!store.ok).then_some("damaged_store"));
-    store.problems.splice(0..0, told.into_iter().map(|p| p.message));
-    store.ok = code.is_none();
+    let damaged = (!store.ok).then_some(("damaged_store", Some(StoreRemedy::RestoreOrRebuild)));
+    let first = found.first().map(|p| (p.code, p.remedy)).or(damaged);
+    store.problems.splice(0..0, found.into_iter().map(|p| p.message));
+    store.ok = first.is_none();
     let (signed_by, valid_until) = manifest.map_or((None, None), |m| (m.signed_by, m.valid_until));
-    Ok(PackageVerification { signed_by, valid_until, tile_by_tile, ..whole.verification(store, code) })
+    Ok(PackageVerification { signed_by, valid_until, tile_by_tile, ..whole.verification(store, first) })
 }
 
-/// The whole file as bytes.
-struct Whole {
+/// The bytes of the whole file.
+struct WholeFile {
     bytes: u64,
-    /// Of a sealed file: its digest, and whether that is what the seal states.
+    /// Of a sealed file: its digest, and whether the seal states it.
     digest: Option<([u8; 32], bool)>,
 }
 
-impl Whole {
-    fn of(path: &Path, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Self, PackageError> {
+impl WholeFile {
+    fn read(path: &Path, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Self, PackageError> {
         let fail = |e| PackageError::io(path, e);
         let bytes = std::fs::metadata(path).map_err(fail)?.len();
         let Some((seal, hole)) = read_seal(path)? else { return Ok(Self { bytes, digest: None }) };
@@ -115,15 +122,24 @@ impl Whole {
         self.digest.is_some_and(|(_, right)| right)
     }
 
-    fn problem(&self) -> Option<Problem> {
+    fn problem(&self) -> Option<FoundProblem> {
         let message = "the file does not have the digest that its seal states".to_owned();
-        self.digest.is_some_and(|(_, right)| !right).then_some(Problem { code: "damaged_store", message })
+        self.digest.is_some_and(|(_, right)| !right).then_some(FoundProblem {
+            code: "damaged_store",
+            message,
+            remedy: Some(StoreRemedy::RestoreOrExportAgain),
+        })
     }
 
-    fn verification(&self, store: Verification, code: Option<&'static str>) -> PackageVerification {
+    fn verification(
+        &self,
+        store: Verification,
+        first: Option<(&'static str, Option<StoreRemedy>)>,
+    ) -> PackageVerification {
         PackageVerification {
             store,
-            code,
+            code: first.map(|(code, _)| code),
+            remedy: first.and_then(|(_, remedy)| remedy),
             sealed: self.digest.is_some(),
             file_digest: self.digest.map(|(digest, _)| hex(&digest)),
             signed_by: None,
@@ -133,20 +149,20 @@ impl Whole {
         }
     }
 
-    /// A sealed file that is not what was sealed is a store that is not good; another that cannot be opened is no store.
+    /// A sealed file that cannot be opened is a bad store if its digest is wrong. Any other file that cannot be opened is not a store.
     fn unopened(&self, error: StoreError) -> Result<PackageVerification, PackageError> {
         let Some(problem) = self.problem() else { return Err(error.into()) };
         let problems = vec![problem.message, error.to_string()];
         let store = Verification { ok: false, digest: String::new(), tiles: 0, bad_tiles: Vec::new(), problems };
-        Ok(self.verification(store, Some(problem.code)))
+        Ok(self.verification(store, Some((problem.code, problem.remedy))))
     }
 }
 
-fn problem(error: &PackageError) -> Problem {
-    Problem { code: error.code(), message: error.to_string() }
+fn problem(error: &PackageError) -> FoundProblem {
+    FoundProblem { code: error.code(), message: error.to_string(), remedy: error.remedy() }
 }
 
-/// Of a store whose file is what was sealed: the footprints against their layers' digests.
+/// Verifies the footprints by the digests of their layers. That is enough if the digest of the whole file is right.
 fn footprints_only(reader: &Reader, path: &Path) -> Verification {
     let tiles = reader.layers().iter().map(|l| l.tiles).sum();
     let proved = Reader::open_onboard(path);

@@ -49,5 +49,5 @@ pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<Blended, StoreError
     seen.sort_by(|a, b| a.covering_order(b));
     let keypoints = keypoint::describe(&pixels.colour.to_gray(), &pixels.mask, KEYPOINTS_PER_TILE);
     let content = TileContent::encode(tile, &pixels, &seen, Some(&keypoints))?;
-    Ok(Blended { tile: StoredTile::of(tile, content), exact })
+    Ok(Blended { tile: StoredTile::from_content(tile, content), exact })
 }

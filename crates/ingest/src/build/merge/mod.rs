@@ -9,7 +9,7 @@ mod union;
 pub use error::MergeError;
 
 use overfly_core::feature::keypoint::CONTRACT;
-use overfly_store::{Extract, Kind, Outlet, Reader, size_of};
+use overfly_store::{AtomicFile, Extract, FileKind, Reader, file_len};
 use serde::Serialize;
 use shard::Shard;
 use std::path::{Path, PathBuf};
@@ -85,8 +85,8 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
         })
         .collect::<Result<Vec<_>, MergeError>>()?;
     let read: Vec<&Path> = request.stores.iter().map(PathBuf::as_path).collect();
-    let outlet = Outlet::at(&request.out, Kind::Store, &read)?;
-    let extract = Extract::begin(&outlet.draft(), CONTRACT)?;
+    let file = AtomicFile::create(&request.out, FileKind::Store, &read)?;
+    let extract = Extract::begin(&file.draft_path(), CONTRACT)?;
     let total = unions.iter().map(Union::jobs).sum();
     let mut done = 0;
     let mut told = || {
@@ -95,9 +95,9 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
     };
     let layers = unions.iter().map(|union| union.write(&extract, &mut told)).collect::<Result<_, _>>()?;
     let digest = extract.digest()?;
-    extract.finish(outlet.beside(), None, 0)?;
-    let bytes = size_of(outlet.beside())?;
-    outlet.publish()?;
+    extract.finish(file.temporary_path(), None, 0)?;
+    let bytes = file_len(file.temporary_path())?;
+    file.persist()?;
     Ok(Merged { layers, digest, bytes })
 }
 
@@ -107,6 +107,6 @@ fn opened(path: &Path) -> Result<Reader, MergeError> {
     if reader.manifest().is_some() {
         return Err(MergeError::Exported { path: path.into() });
     }
-    reader.require_settled()?;
+    reader.require_no_pending_build()?;
     Ok(reader)
 }

@@ -2,7 +2,7 @@
 
 use super::super::recipe::base_inputs;
 use overfly_core::tile::TileId;
-use overfly_store::{Draft, Footprint, Layer, Reader, Source, StoreError, StoredTile, hex};
+use overfly_store::{Footprint, Layer, LayerState, Reader, Source, StoreError, StoredTile, hex};
 use std::collections::{HashMap, HashSet};
 
 /// One store's part of a layer.
@@ -30,7 +30,7 @@ impl<'a> Shard<'a> {
     /// Where the store is damaged.
     pub fn of(reader: &'a Reader, name: &str) -> Result<Option<Self>, StoreError> {
         let Some(layer) = reader.finished_layers().find(|l| l.name == name) else { return Ok(None) };
-        let Draft { inputs, zoom_override, .. } = Draft::read(reader.path(), name)?;
+        let LayerState { inputs, zoom_override, .. } = LayerState::read(reader.path(), name)?;
         let footprints = reader.all_footprints(name)?.into_iter().map(|f| (f.tile, f)).collect();
         let sources = reader.sources(layer)?;
         let own = sources.iter().map(|s| s.content_hash).collect();

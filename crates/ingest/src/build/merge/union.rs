@@ -77,7 +77,7 @@ impl<'a> Union<'a> {
             told();
         }
         for tile in &written.exact {
-            to.note_inputs(&self.head.name, *tile, &self.wanted[tile])?;
+            to.put_inputs(&self.head.name, *tile, &self.wanted[tile])?;
         }
         to.end_layer(&self.head, self.sources.clone())?;
         Ok(written.told)
@@ -130,7 +130,7 @@ impl<'a> Union<'a> {
                 }
                 let Some(made) = shrink(tile, &found).map_err(failure)? else { return Ok(()) };
                 written.told.remade_overviews += 1;
-                StoredTile::of(tile, made)
+                StoredTile::from_content(tile, made)
             }
         };
         Ok(self.put(to, stored, written)?)

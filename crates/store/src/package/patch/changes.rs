@@ -1,21 +1,21 @@
-//! What differs between two layers' tiles.
+//! The differences between the tiles of two layers.
 
 use crate::Footprint;
 use overfly_core::tile::TileId;
 use std::cmp::Ordering;
 
-/// A tile that is not the same in both.
+/// A tile that differs between two layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// Only the new one has it.
+    /// Only the new layer has the tile.
     Added(TileId),
-    /// Both have it, and not the same.
+    /// Both layers have the tile, with different footprints.
     Changed(TileId),
-    /// Only the old one has it.
-    Gone(TileId),
+    /// Only the old layer has the tile.
+    Removed(TileId),
 }
 
-/// What differs between two lists of footprints, each by tile.
+/// Returns the differences between two lists of footprints, each in the order of tiles.
 pub fn changes(old: &[Footprint], new: &[Footprint]) -> Vec<Change> {
     let (mut old, mut new) = (old.iter().peekable(), new.iter().peekable());
     let mut found = Vec::new();
@@ -29,7 +29,7 @@ pub fn changes(old: &[Footprint], new: &[Footprint]) -> Vec<Change> {
         let before = if order.is_le() { old.next() } else { None };
         let after = if order.is_ge() { new.next() } else { None };
         match (before, after) {
-            (Some(a), None) => found.push(Change::Gone(a.tile)),
+            (Some(a), None) => found.push(Change::Removed(a.tile)),
             (None, Some(b)) => found.push(Change::Added(b.tile)),
             (Some(a), Some(b)) if a != b => found.push(Change::Changed(b.tile)),
             _ => {}
@@ -55,15 +55,15 @@ mod tests {
     }
 
     #[test]
-    fn tells_added_changed_and_gone() {
+    fn finds_added_changed_and_removed_tiles() {
         let old = [1, 2, 4, 7].map(|c| footprint(c, 3));
         let new = [footprint(0, 3), footprint(2, 3), footprint(4, 5), footprint(9, 3)];
         let tile = |c| TileId::new(8, c, 5).unwrap();
         let expected = [
             Change::Added(tile(0)),
-            Change::Gone(tile(1)),
+            Change::Removed(tile(1)),
             Change::Changed(tile(4)),
-            Change::Gone(tile(7)),
+            Change::Removed(tile(7)),
             Change::Added(tile(9)),
         ];
         assert_eq!(changes(&old, &new), expected);

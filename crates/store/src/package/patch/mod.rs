@@ -1,4 +1,4 @@
-//! `Patch`: what makes one store of another, and nothing that is the same in both. The file format: `migrations/README.md`.
+//! Patches: the difference between two stores as a file. `migrations/README.md` documents the format.
 
 mod apply;
 mod changes;
@@ -10,4 +10,4 @@ mod record;
 pub use apply::{Applied, ApplyRequest, apply};
 pub use diff::{Difference, LayerDifference, diff, write_patch};
 pub use header::{PatchHeader, PatchLayer, SealedResult};
-pub use record::{InputsRecord, Malformed, Part as PatchPart, PutTile, Records, TileRecord};
+pub use record::{InputsRecord, MalformedPatch, PatchBlob, PutTile, Records, TileRecord};

@@ -1,7 +1,7 @@
-//! A patch as a file: header, records, and at the end the BLAKE3 of the whole, these 32 bytes taken as zeros.
+//! The file of a patch: header, records, and the BLAKE3 hash of the whole file with these last 32 bytes as zeros.
 
 use super::header::PatchHeader;
-use super::record::{Malformed, Records};
+use super::record::{MalformedPatch, Records};
 use crate::package::{PackageError, file_digest};
 use std::fs::File;
 use std::io::{BufReader, Read, Take};
@@ -11,14 +11,14 @@ use std::path::Path;
 
 const DIGEST_LEN: u64 = 32;
 
-/// What a patch holds behind its header.
+/// The records after the header of a patch.
 pub type FileRecords = Records<Take<BufReader<File>>>;
 
-/// Ends a patch with its digest.
+/// Appends its digest to a patch.
 ///
 /// # Errors
 /// Where the file cannot be read or written.
-pub fn end(path: &Path) -> Result<(), PackageError> {
+pub fn append_digest(path: &Path) -> Result<(), PackageError> {
     let ended = || -> std::io::Result<()> {
         let file = File::options().read(true).write(true).open(path)?;
         let len = file.metadata()?.len();
@@ -28,7 +28,7 @@ pub fn end(path: &Path) -> Result<(), PackageError> {
     ended().map_err(|e| PackageError::io(path, e))
 }
 
-/// Opens a patch, the whole file's digest proved.
+/// Opens a patch and proves the digest of the whole file.
 ///
 /// # Errors
 /// [`PackageError::NotAPatch`], [`PackageError::AlteredPatch`], or where the file cannot be read.
@@ -36,32 +36,33 @@ pub fn open(path: &Path) -> Result<(PatchHeader, FileRecords), PackageError> {
     let fail = |e| PackageError::io(path, e);
     let refuse = |reason: &str| PackageError::NotAPatch { path: path.into(), reason: reason.into() };
     let metadata = std::fs::metadata(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => refuse("there is no such file"),
+        std::io::ErrorKind::NotFound => refuse("no such file"),
         _ => fail(e),
     })?;
     if !metadata.is_file() {
-        return Err(refuse("it is no regular file"));
+        return Err(refuse("not a regular file"));
     }
     let file = File::open(path).map_err(fail)?;
     let content = metadata.len().saturating_sub(DIGEST_LEN);
     let mut from = BufReader::new(file).take(content);
-    let header = PatchHeader::read(&mut from).map_err(|e| refused(path, e))?;
+    let header = PatchHeader::read(&mut from).map_err(|e| malformed_error(path, e))?;
     if !is_whole(path, content..metadata.len()).map_err(fail)? {
         return Err(PackageError::AlteredPatch { path: path.into() });
     }
-    Ok((header, Records::of(from)))
+    Ok((header, Records::new(from)))
 }
 
+/// Whether a patch has the digest that it states.
 fn is_whole(path: &Path, digest: Range<u64>) -> std::io::Result<bool> {
     let mut stated = [0; DIGEST_LEN as usize];
     File::open(path)?.read_exact_at(&mut stated, digest.start)?;
     Ok(file_digest(path, digest, &|_| ())? == stated)
 }
 
-/// What is wrong with a patch, with its name.
-pub fn refused(path: &Path, error: Malformed) -> PackageError {
+/// Adds the path to what is wrong with a patch.
+pub fn malformed_error(path: &Path, error: MalformedPatch) -> PackageError {
     match error {
-        Malformed::Content(reason) => PackageError::NotAPatch { path: path.into(), reason },
-        Malformed::Io(cause) => PackageError::io(path, cause),
+        MalformedPatch::Content(reason) => PackageError::NotAPatch { path: path.into(), reason },
+        MalformedPatch::Io(cause) => PackageError::io(path, cause),
     }
 }

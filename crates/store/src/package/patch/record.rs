@@ -1,7 +1,6 @@
-//! The records behind a patch's header: tiles by zoom, row and column, then what tiles were made from; layer by layer.
+//! The records of a patch, layer by layer: tiles by zoom, row and column, then the inputs hashes of tiles.
 //!
-//! All numbers are little-endian. A tile is its zoom (u8), row and column (u32 each); a text or blob has its length (u32)
-//! before it.
+//! All numbers are little-endian. A tile is zoom (u8), row and column (u32 each). A text or blob follows its length (u32).
 
 use crate::Footprint;
 use overfly_core::tile::TileId;
@@ -13,19 +12,19 @@ const PUT: u8 = 2;
 const ABSENT: u8 = 0;
 const AS_IN_BASE: u8 = 1;
 const GIVEN: u8 = 2;
-/// Longest text or blob: a tile's picture is far smaller.
+/// Largest text or blob, bytes. The imagery of a tile is far smaller.
 const MOST_BYTES: u32 = 64 << 20;
 
-/// Why bytes are no patch.
+/// Why bytes are not a patch.
 #[derive(Debug)]
-pub enum Malformed {
-    /// They say what no patch says.
+pub enum MalformedPatch {
+    /// The content is not valid.
     Content(String),
-    /// They cannot be read.
+    /// The reader failed.
     Io(std::io::Error),
 }
 
-impl From<std::io::Error> for Malformed {
+impl From<std::io::Error> for MalformedPatch {
     fn from(error: std::io::Error) -> Self {
         match error.kind() {
             ErrorKind::UnexpectedEof => Self::Content("it ends too early".into()),
@@ -34,42 +33,42 @@ impl From<std::io::Error> for Malformed {
     }
 }
 
-/// What happens to a tile.
+/// The change of a tile.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TileRecord {
-    /// The base has it, the result has not.
+    /// The tile is removed.
     Gone(TileId),
-    /// It is new or another one.
+    /// The tile is added or replaced.
     Put(Box<PutTile>),
 }
 
-/// A tile of the result.
+/// An added or replaced tile.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PutTile {
-    /// Its row.
+    /// Footprint.
     pub footprint: Footprint,
-    /// Its imagery.
-    pub image: Part,
-    /// Its keypoints.
-    pub descriptors: Part,
-    /// Its cells.
-    pub cells: Part,
+    /// Imagery.
+    pub image: PatchBlob,
+    /// Keypoints.
+    pub descriptors: PatchBlob,
+    /// Cells.
+    pub cells: PatchBlob,
 }
 
 /// One blob of a tile.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Part {
-    /// It has none.
+pub enum PatchBlob {
+    /// The tile has no such blob.
     Absent,
-    /// The one that the base's tile has.
+    /// The blob of the old tile.
     AsInBase,
-    /// This one.
+    /// This blob.
     Given(Vec<u8>),
 }
 
-impl Part {
-    /// What leads from the base's blob to the result's.
-    pub fn of(base: Option<&[u8]>, result: Option<&[u8]>) -> Self {
+impl PatchBlob {
+    /// Describes how to get the new blob from the old one.
+    pub fn new(base: Option<&[u8]>, result: Option<&[u8]>) -> Self {
         match result {
             None => Self::Absent,
             same if same == base => Self::AsInBase,
@@ -78,17 +77,17 @@ impl Part {
     }
 }
 
-/// What a tile was made from, in the result.
+/// The change of a tile's inputs hash.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum InputsRecord {
-    /// Not noted any more.
+    /// The hash is removed.
     Gone(TileId),
-    /// This.
-    Are(TileId, [u8; 32]),
+    /// The hash is this.
+    Put(TileId, [u8; 32]),
 }
 
 impl TileRecord {
-    /// Which tile.
+    /// Returns the tile.
     pub fn tile(&self) -> TileId {
         match self {
             Self::Gone(tile) => *tile,
@@ -96,10 +95,10 @@ impl TileRecord {
         }
     }
 
-    /// Writes it.
+    /// Writes the record.
     ///
     /// # Errors
-    /// As the writer.
+    /// Where the writer fails.
     pub fn write(&self, to: &mut impl Write) -> std::io::Result<()> {
         let put = match self {
             Self::Gone(tile) => return write_tile(to, GONE, *tile),
@@ -119,21 +118,21 @@ impl TileRecord {
 }
 
 impl InputsRecord {
-    /// Which tile.
+    /// Returns the tile.
     pub fn tile(&self) -> TileId {
         match self {
-            Self::Gone(tile) | Self::Are(tile, _) => *tile,
+            Self::Gone(tile) | Self::Put(tile, _) => *tile,
         }
     }
 
-    /// Writes it.
+    /// Writes the record.
     ///
     /// # Errors
-    /// As the writer.
+    /// Where the writer fails.
     pub fn write(&self, to: &mut impl Write) -> std::io::Result<()> {
         match self {
             Self::Gone(tile) => write_tile(to, GONE, *tile),
-            Self::Are(tile, hash) => write_tile(to, PUT, *tile).and_then(|()| to.write_all(hash)),
+            Self::Put(tile, hash) => write_tile(to, PUT, *tile).and_then(|()| to.write_all(hash)),
         }
     }
 }
@@ -141,7 +140,7 @@ impl InputsRecord {
 /// Writes the end of a list of records.
 ///
 /// # Errors
-/// As the writer.
+/// Where the writer fails.
 pub fn write_end(to: &mut impl Write) -> std::io::Result<()> {
     to.write_all(&[END])
 }
@@ -165,15 +164,15 @@ fn write_optional(to: &mut impl Write, text: Option<&str>) -> std::io::Result<()
     }
 }
 
-fn write_part(to: &mut impl Write, part: &Part) -> std::io::Result<()> {
+fn write_part(to: &mut impl Write, part: &PatchBlob) -> std::io::Result<()> {
     match part {
-        Part::Absent => to.write_all(&[ABSENT]),
-        Part::AsInBase => to.write_all(&[AS_IN_BASE]),
-        Part::Given(bytes) => to.write_all(&[GIVEN]).and_then(|()| write_bytes(to, bytes)),
+        PatchBlob::Absent => to.write_all(&[ABSENT]),
+        PatchBlob::AsInBase => to.write_all(&[AS_IN_BASE]),
+        PatchBlob::Given(bytes) => to.write_all(&[GIVEN]).and_then(|()| write_bytes(to, bytes)),
     }
 }
 
-/// Reads records, each list in strictly ascending order of tiles.
+/// A reader of records. Each list must be in strictly ascending order of tiles.
 #[derive(Debug)]
 pub struct Records<R> {
     from: R,
@@ -181,16 +180,16 @@ pub struct Records<R> {
 }
 
 impl<R: Read> Records<R> {
-    /// Of what stands behind a header.
-    pub fn of(from: R) -> Self {
+    /// Reads the records after a header.
+    pub fn new(from: R) -> Self {
         Self { from, last: None }
     }
 
-    /// The next tile's record; `None` at the end of the list.
+    /// Reads the next record of a tile: `None` at the end of the list.
     ///
     /// # Errors
-    /// Where these bytes are none, or as the reader.
-    pub fn tile(&mut self) -> Result<Option<TileRecord>, Malformed> {
+    /// Where the bytes are not a record, or the reader fails.
+    pub fn tile(&mut self) -> Result<Option<TileRecord>, MalformedPatch> {
         let Some((kind, tile)) = self.head()? else { return Ok(None) };
         if kind == GONE {
             return Ok(Some(TileRecord::Gone(tile)));
@@ -209,24 +208,24 @@ impl<R: Read> Records<R> {
         Ok(Some(TileRecord::Put(Box::new(PutTile { footprint, image, descriptors, cells }))))
     }
 
-    /// The next record of what a tile was made from; `None` at the end of the list.
+    /// Reads the next record of an inputs hash: `None` at the end of the list.
     ///
     /// # Errors
-    /// Where these bytes are none, or as the reader.
-    pub fn inputs(&mut self) -> Result<Option<InputsRecord>, Malformed> {
+    /// Where the bytes are not a record, or the reader fails.
+    pub fn inputs(&mut self) -> Result<Option<InputsRecord>, MalformedPatch> {
         let Some((kind, tile)) = self.head()? else { return Ok(None) };
-        Ok(Some(if kind == GONE { InputsRecord::Gone(tile) } else { InputsRecord::Are(tile, self.array()?) }))
+        Ok(Some(if kind == GONE { InputsRecord::Gone(tile) } else { InputsRecord::Put(tile, self.array()?) }))
     }
 
-    /// Whether nothing is left.
+    /// Whether the end of the records is reached.
     ///
     /// # Errors
-    /// As the reader.
-    pub fn is_at_end(&mut self) -> Result<bool, Malformed> {
+    /// Where the reader fails.
+    pub fn is_at_end(&mut self) -> Result<bool, MalformedPatch> {
         Ok(self.from.read(&mut [0])? == 0)
     }
 
-    fn head(&mut self) -> Result<Option<(u8, TileId)>, Malformed> {
+    fn head(&mut self) -> Result<Option<(u8, TileId)>, MalformedPatch> {
         let kind = self.byte()?;
         match kind {
             END => {
@@ -234,55 +233,59 @@ impl<R: Read> Records<R> {
                 return Ok(None);
             }
             GONE | PUT => {}
-            other => return Err(Malformed::Content(format!("a record of kind {other}"))),
+            other => return Err(MalformedPatch::Content(format!("a record of kind {other}"))),
         }
         let (zoom, row, column) = (self.byte()?, u32::from_le_bytes(self.array()?), u32::from_le_bytes(self.array()?));
-        let tile = TileId::new(zoom, column, row).map_err(|e| Malformed::Content(e.to_string()))?;
+        let tile = TileId::new(zoom, column, row).map_err(|e| MalformedPatch::Content(e.to_string()))?;
         if self.last.replace(tile).is_some_and(|last| last >= tile) {
-            return Err(Malformed::Content(format!("tile {tile} stands out of order")));
+            return Err(MalformedPatch::Content(format!("tile {tile} is out of order")));
         }
         Ok(Some((kind, tile)))
     }
 
-    fn byte(&mut self) -> Result<u8, Malformed> {
+    fn byte(&mut self) -> Result<u8, MalformedPatch> {
         self.array::<1>().map(|[byte]| byte)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], MalformedPatch> {
         let mut bytes = [0; N];
         self.from.read_exact(&mut bytes)?;
         Ok(bytes)
     }
 
-    fn bytes(&mut self) -> Result<Vec<u8>, Malformed> {
+    fn bytes(&mut self) -> Result<Vec<u8>, MalformedPatch> {
         let length = u32::from_le_bytes(self.array()?);
         if length > MOST_BYTES {
-            return Err(Malformed::Content(format!("a blob of {length} bytes")));
+            return Err(MalformedPatch::Content(format!("a blob of {length} bytes")));
         }
-        // Memory grows with what is there, not with what is claimed.
+        // Allocates as bytes arrive, not as the length claims.
         let mut bytes = Vec::new();
         (&mut self.from).take(length.into()).read_to_end(&mut bytes)?;
-        if bytes.len() == length as usize { Ok(bytes) } else { Err(Malformed::Content("it ends too early".into())) }
+        if bytes.len() == length as usize {
+            Ok(bytes)
+        } else {
+            Err(MalformedPatch::Content("it ends too early".into()))
+        }
     }
 
-    fn text(&mut self) -> Result<String, Malformed> {
-        String::from_utf8(self.bytes()?).map_err(|_| Malformed::Content("a text that is no UTF-8".into()))
+    fn text(&mut self) -> Result<String, MalformedPatch> {
+        String::from_utf8(self.bytes()?).map_err(|_| MalformedPatch::Content("a text that is not UTF-8".into()))
     }
 
-    fn optional(&mut self) -> Result<Option<String>, Malformed> {
+    fn optional(&mut self) -> Result<Option<String>, MalformedPatch> {
         match self.byte()? {
             ABSENT => Ok(None),
             GIVEN => self.text().map(Some),
-            other => Err(Malformed::Content(format!("a text of kind {other}"))),
+            other => Err(MalformedPatch::Content(format!("a text of kind {other}"))),
         }
     }
 
-    fn part(&mut self) -> Result<Part, Malformed> {
+    fn part(&mut self) -> Result<PatchBlob, MalformedPatch> {
         match self.byte()? {
-            ABSENT => Ok(Part::Absent),
-            AS_IN_BASE => Ok(Part::AsInBase),
-            GIVEN => self.bytes().map(Part::Given),
-            other => Err(Malformed::Content(format!("a blob of kind {other}"))),
+            ABSENT => Ok(PatchBlob::Absent),
+            AS_IN_BASE => Ok(PatchBlob::AsInBase),
+            GIVEN => self.bytes().map(PatchBlob::Given),
+            other => Err(MalformedPatch::Content(format!("a blob of kind {other}"))),
         }
     }
 }
@@ -306,7 +309,7 @@ mod tests {
             distinctiveness: 0.25,
             sources: "ab cd".into(),
         };
-        let (image, descriptors, cells) = (Part::Given(vec![1, 2, 3]), Part::AsInBase, Part::Absent);
+        let (image, descriptors, cells) = (PatchBlob::Given(vec![1, 2, 3]), PatchBlob::AsInBase, PatchBlob::Absent);
         TileRecord::Put(Box::new(PutTile { footprint, image, descriptors, cells }))
     }
 
@@ -318,37 +321,37 @@ mod tests {
     }
 
     #[test]
-    fn records_come_back_from_their_bytes() {
+    fn records_round_trip() {
         let tiles = [TileRecord::Gone(tile(1)), put(2), put(9)];
         let mut bytes = bytes_of(&tiles);
         InputsRecord::Gone(tile(1)).write(&mut bytes).unwrap();
-        InputsRecord::Are(tile(4), [9; 32]).write(&mut bytes).unwrap();
+        InputsRecord::Put(tile(4), [9; 32]).write(&mut bytes).unwrap();
         write_end(&mut bytes).unwrap();
-        let mut records = Records::of(&bytes[..]);
+        let mut records = Records::new(&bytes[..]);
         for expected in tiles {
             assert_eq!(records.tile().unwrap(), Some(expected));
         }
         assert_eq!(records.tile().unwrap(), None);
         assert_eq!(records.inputs().unwrap(), Some(InputsRecord::Gone(tile(1))));
-        assert_eq!(records.inputs().unwrap(), Some(InputsRecord::Are(tile(4), [9; 32])));
+        assert_eq!(records.inputs().unwrap(), Some(InputsRecord::Put(tile(4), [9; 32])));
         assert_eq!(records.inputs().unwrap(), None);
         assert!(records.is_at_end().unwrap());
     }
 
     #[test]
-    fn what_is_cut_short_out_of_order_or_too_long_is_no_record() {
+    fn rejects_truncated_unordered_and_oversized_records() {
         let bytes = bytes_of(&[put(2)]);
         for cut in 0..bytes.len() - 1 {
-            let mut records = Records::of(&bytes[..cut]);
-            assert!(matches!(records.tile(), Err(Malformed::Content(_))), "{cut}");
+            let mut records = Records::new(&bytes[..cut]);
+            assert!(matches!(records.tile(), Err(MalformedPatch::Content(_))), "{cut}");
         }
         let twice = bytes_of(&[put(2), put(2)]);
-        let mut records = Records::of(&twice[..]);
+        let mut records = Records::new(&twice[..]);
         assert!(records.tile().unwrap().is_some());
         assert!(records.tile().is_err());
         let mut long = bytes;
         let at = long.len() - 10;
         long[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
-        assert!(Records::of(&long[..]).tile().is_err());
+        assert!(Records::new(&long[..]).tile().is_err());
     }
 }

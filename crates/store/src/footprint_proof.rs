@@ -1,9 +1,10 @@
-//! `Witness`: which footprints a store has, read once without its indexes and proved by its layers' digests. What an index
-//! says later is held against it: a tile that an index has lost is noticed, and is not taken for absent.
+//! `FootprintProof`: the footprints of a store, read once without its indexes and proved by the digests of its layers.
+//!
+//! Later answers of an index are compared with this proof. So a tile that an index has lost is noticed, and not taken for absent.
 
 use super::footprint::{self, Footprint};
 use super::layer::Layer;
-use super::source::{self, Declared};
+use super::source::{self, SourceTable};
 use super::{StoreError, digest};
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::{MercatorBounds, TileId};
@@ -11,49 +12,49 @@ use rusqlite::Connection;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// What is kept of every footprint: 28 bytes.
+/// Tile and check of every footprint: 28 bytes each.
 #[derive(Debug)]
-pub(super) struct Witness {
+pub(super) struct FootprintProof {
     /// By layer; sorted by zoom, row and column.
-    layers: HashMap<String, Vec<Known>>,
+    layers: HashMap<String, Vec<ProvedTile>>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Known {
+struct ProvedTile {
     tile: TileId,
     check: [u8; 16],
 }
 
-impl Witness {
+impl FootprintProof {
     /// Reads the footprints of every finished layer in one scan of their table.
     ///
     /// # Errors
-    /// [`StoreError::Damaged`] where they do not give the digest that their layer states, or cannot be read.
-    pub fn of(connection: &Connection, layers: &[Layer], path: &Path) -> Result<Self, StoreError> {
+    /// [`StoreError::Damaged`] if the footprints of a layer do not have the digest that the layer states, or cannot be read.
+    pub fn read(connection: &Connection, layers: &[Layer], path: &Path) -> Result<Self, StoreError> {
         let fail = |e| StoreError::sqlite(path, e);
         let mut rows = scan(connection).map_err(fail)?;
         let mut known = HashMap::new();
         for layer in layers.iter().filter(|l| l.complete) {
             let mut footprints = rows.remove(&layer.name).unwrap_or_default();
             footprints.sort_by_key(|f| f.tile);
-            let sources = source::load(connection, &layer.name, Declared::Finished).map_err(fail)?;
-            let found = digest::layer_digest_of(&layer.name, layer.base_zoom, layer.min_zoom, &sources, &footprints);
+            let sources = source::load(connection, &layer.name, SourceTable::Finished).map_err(fail)?;
+            let found = digest::layer_digest_from(&layer.name, layer.base_zoom, layer.min_zoom, &sources, &footprints);
             if Some(digest::hex(&found)) != layer.digest || footprints.len() as u64 != layer.tiles {
-                let reason = format!("the rows of layer {} do not give the digest that it states", layer.name);
+                let reason = format!("the rows of layer {} do not have the digest that it states", layer.name);
                 return Err(StoreError::Damaged { path: path.into(), reason });
             }
-            let kept = footprints.iter().map(|f| Known { tile: f.tile, check: digest::footprint_check(f) });
+            let kept = footprints.iter().map(|f| ProvedTile { tile: f.tile, check: digest::footprint_check(f) });
             known.insert(layer.name.clone(), kept.collect());
         }
         Ok(Self { layers: known })
     }
 
-    fn of_layer(&self, layer: &str) -> &[Known] {
+    fn layer(&self, layer: &str) -> &[ProvedTile] {
         self.layers.get(layer).map_or(&[], Vec::as_slice)
     }
 
-    fn find(&self, layer: &str, tile: TileId) -> Option<Known> {
-        let known = self.of_layer(layer);
+    fn find(&self, layer: &str, tile: TileId) -> Option<ProvedTile> {
+        let known = self.layer(layer);
         known.binary_search_by_key(&tile, |k| k.tile).ok().map(|at| known[at])
     }
 
@@ -62,23 +63,23 @@ impl Witness {
         self.find(layer, tile).is_some()
     }
 
-    /// Whether a footprint is what was proved.
+    /// Whether a footprint is the proved one.
     pub fn agrees(&self, layer: &str, footprint: &Footprint) -> bool {
         self.find(layer, footprint.tile).is_some_and(|k| k.check == digest::footprint_check(footprint))
     }
 
-    /// Tiles of one zoom.
+    /// Number of tiles of one zoom.
     pub fn count_at(&self, layer: &str, zoom: u8) -> usize {
-        level(self.of_layer(layer), zoom).len()
+        level(self.layer(layer), zoom).len()
     }
 
-    /// Tiles of one zoom that meet any of the windows (as `windows_on_the_map` gives them).
+    /// Number of tiles of one zoom that intersect any of the windows (from `windows_on_the_map`).
     pub fn count_in(&self, layer: &str, zoom: u8, windows: &[MercatorBounds]) -> usize {
-        let known = level(self.of_layer(layer), zoom);
+        let known = level(self.layer(layer), zoom);
         let span_m = WORLD_M / 2f64.powi(i32::from(zoom));
         let mut met: Vec<TileId> = Vec::new();
         for window in windows {
-            // One row and one column more on each side than the quotients say; the exact check decides.
+            // One row and one column more on each side than computed: the exact check decides.
             let index = |v: f64, more: f64| (v / span_m).floor() + more;
             let rows = [index(WORLD_M / 2.0 - window.max_y_m, -1.0), index(WORLD_M / 2.0 - window.min_y_m, 1.0)];
             let columns = [index(window.min_x_m + WORLD_M / 2.0, -1.0), index(window.max_x_m + WORLD_M / 2.0, 1.0)];
@@ -98,14 +99,14 @@ impl Witness {
     }
 }
 
-/// Those of one zoom.
-fn level(known: &[Known], zoom: u8) -> &[Known] {
+/// The tiles of one zoom.
+fn level(known: &[ProvedTile], zoom: u8) -> &[ProvedTile] {
     let from = known.partition_point(|k| k.tile.zoom() < zoom);
     let count = known[from..].partition_point(|k| k.tile.zoom() == zoom);
     &known[from..from + count]
 }
 
-/// Every footprint by layer, by a scan of the table itself.
+/// Reads every footprint by layer, in a scan of the table itself.
 fn scan(connection: &Connection) -> rusqlite::Result<HashMap<String, Vec<Footprint>>> {
     let sql = format!("SELECT {}, f.layer FROM footprints f NOT INDEXED", footprint::COLUMNS);
     let mut statement = connection.prepare(&sql)?;

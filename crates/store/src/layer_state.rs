@@ -1,33 +1,34 @@
-//! `Draft`: what a store holds of one layer, finished or not, as a build must know it before it plans.
+//! `LayerState`: the state of one layer, finished or not. A build reads it before it plans.
 
 use super::connection::{self, Access};
-use super::source::{self, Declared, Source};
-use super::{StoreError, footprint, require_contract};
+use super::contract::require_contract;
+use super::source::{self, Source, SourceTable};
+use super::{StoreError, footprint};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// What a store holds of one layer.
+/// The state of one layer in a store.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Draft {
+pub struct LayerState {
     /// Whether the layer answers queries.
     pub complete: bool,
-    /// Whether a build of it is under way (or was killed).
+    /// Whether a build of it is running, or was killed.
     pub pending: bool,
-    /// The sources it shall have: those of the build under way, else those of the finished layer. By content hash.
+    /// The sources of the pending build, or else of the finished layer, by content hash.
     pub sources: Vec<Source>,
-    /// The base zoom that the user stated, where so.
+    /// Base zoom, if the user stated one.
     pub zoom_override: Option<u8>,
-    /// What each tile that is stored or staged was made from.
+    /// The inputs hash of each stored or staged tile.
     pub inputs: HashMap<TileId, [u8; 32]>,
 }
 
-impl Draft {
-    /// Reads a layer's draft; an empty one where there is no file, an empty file, or no such layer.
+impl LayerState {
+    /// Reads the state of a layer. The state is empty if the file does not exist, is empty, or has no such layer.
     ///
     /// # Errors
-    /// Where the file is no store, of another format or contract, or damaged.
+    /// Where the file is not a store, has a newer format or another contract, or is damaged.
     pub fn read(path: &Path, layer: &str) -> Result<Self, StoreError> {
         if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() == 0) {
             return Ok(Self::default());
@@ -37,7 +38,7 @@ impl Draft {
                 require_contract(&connection, path)?;
                 Self::load(&connection, layer).map_err(|e| StoreError::sqlite(path, e))
             }
-            // An older store is migrated when it is opened for writing; until then it has nothing to say.
+            // A store of an older format is migrated when it is opened for writing. Until then its state is unknown.
             Err(StoreError::OlderFormat { .. } | StoreError::Missing { .. }) => Ok(Self::default()),
             Err(other) => Err(other),
         }
@@ -52,7 +53,7 @@ impl Draft {
         let pending: Option<Option<u8>> = connection
             .query_row("SELECT zoom_override FROM overfly_pending WHERE layer = ?1", [layer], |row| row.get(0))
             .optional()?;
-        let declared = if pending.is_some() { Declared::Pending } else { Declared::Finished };
+        let declared = if pending.is_some() { SourceTable::Pending } else { SourceTable::Finished };
         Ok(Self {
             complete: finished.is_some_and(|(complete, _)| complete),
             pending: pending.is_some(),

@@ -1,12 +1,12 @@
-//! `Stamp`: what tells whether a file is still the one that was opened, without opening it.
+//! `FileStamp`: tells whether a file is still the one that was opened, without opening it.
 
 use super::StoreError;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// Which file it is, and when and how long it was last written.
+/// Device, inode, size and modification time of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stamp {
+pub struct FileStamp {
     device: u64,
     inode: u64,
     bytes: u64,
@@ -14,12 +14,12 @@ pub struct Stamp {
     modified_ns: i64,
 }
 
-impl Stamp {
-    /// The stamp of the file at `path` now.
+impl FileStamp {
+    /// Reads the stamp of the file at `path`.
     ///
     /// # Errors
-    /// Where there is none.
-    pub fn of(path: &Path) -> Result<Self, StoreError> {
+    /// Where the file does not exist or the system fails.
+    pub fn read(path: &Path) -> Result<Self, StoreError> {
         let metadata = std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?;
         Ok(Self {
             device: metadata.dev(),
@@ -30,12 +30,12 @@ impl Stamp {
         })
     }
 
-    /// Whether both are of one file, written since or not.
+    /// Whether both stamps belong to the same file, even if it was written in between.
     pub fn same_file(&self, other: &Self) -> bool {
         (self.device, self.inode) == (other.device, other.inode)
     }
 
-    /// Length of the file, bytes.
+    /// Size of the file, bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }

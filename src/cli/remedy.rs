@@ -1,0 +1,87 @@
+//! Spells the remedies of the libraries as commands.
+
+use overfly_flight::locate::LocateError;
+use overfly_flight::locate::candidates::CandidatesError;
+use overfly_store::package::PackageError;
+use overfly_store::{StoreError, StoreRemedy};
+
+/// Returns what helps against an error, if anything is known to.
+pub fn remedy(error: &anyhow::Error) -> Option<&'static str> {
+    error.chain().find_map(store_remedy).map(spell)
+}
+
+/// The remedy of an error of the store, which other errors may hold.
+fn store_remedy(error: &(dyn std::error::Error + 'static)) -> Option<StoreRemedy> {
+    if let Some(error) = error.downcast_ref::<PackageError>() {
+        return error.remedy();
+    }
+    store_error(error).and_then(StoreError::remedy)
+}
+
+fn store_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a StoreError> {
+    if let Some(CandidatesError::Store(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    if let Some(LocateError::Store(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    #[cfg(feature = "preflight")]
+    if let Some(overfly_ingest::build::BuildError::Store(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    #[cfg(feature = "preflight")]
+    if let Some(overfly_ingest::build::MergeError::Store(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    #[cfg(feature = "lab")]
+    if let Some(overfly_lab::trial::TrialError::Store(error)) = error.downcast_ref() {
+        return Some(error);
+    }
+    error.downcast_ref()
+}
+
+/// Spells a remedy of the store.
+pub fn spell(remedy: StoreRemedy) -> &'static str {
+    use StoreRemedy as R;
+    match remedy {
+        R::Build => "make a store with `overfly build --db FILE SOURCE...`",
+        R::ResumeBuild => "run the same `overfly build` again: it continues where it stopped",
+        R::ResumeBuildAndCopy => {
+            "run the same `overfly build` again where the store can be written, then copy the store"
+        }
+        R::ResumeBuildOrGrantAccess => "run the same `overfly build` again, or make file and folder writable",
+        R::Rebuild => "build the store again with this program",
+        R::Migrate => "any `overfly build --db FILE` migrates it",
+        R::UpdateProgram => "use a newer overfly",
+        R::BuildOriginalAndExport => "build into the store that it was exported from, and export that again",
+        R::GrantAccess => "make file and folder accessible, or choose another path",
+        R::CreateFolder => "create the folder, or choose another path",
+        R::FreeSpace => "free space and run the same command again: a build continues where it stopped",
+        R::CheckDisk => {
+            "check the disk and its free space, then run the same command again, or use a copy on another disk"
+        }
+        R::CheckDiskAndOpenFiles => {
+            "check the disk, its free space and the limit of open files, then run the same command again"
+        }
+        R::Wait => "wait until the other run has finished",
+        R::Reopen => "run the command again, or restart the service",
+        R::RestoreOrRebuild => "restore it from a copy, or build it again",
+        R::RestoreOrExportAgain => "restore it from a copy, or export it again",
+        R::VerifyAndRestore => "`overfly verify` lists all damaged tiles; restore the store from a copy",
+        R::RenameOrRemove => "choose another name, or remove what exists there",
+        R::ChooseOtherName => "choose another name",
+        R::ChooseOtherPath => "choose another path",
+        R::GenerateKey => {
+            "`overfly keygen --out KEY` makes KEY (PKCS#8 PEM, to sign) and KEY.pub (SPKI PEM, to verify), both Ed25519"
+        }
+        R::ExportSigned => "export it with `overfly export --sign KEY`",
+        R::CheckStoreAndKey => "check that it is the right store and the right key",
+        R::ExportAgain => "export it again",
+        R::MakePatch => "`overfly diff OLD NEW --out PATCH` makes a patch",
+        R::CopyPatchAgain => "copy the patch again, or make it again with `overfly diff`",
+        R::MakePatchFromThisStore => "make a patch from this store with `overfly diff`",
+        R::CopyStore => "the old store is unchanged: copy the new store as a whole",
+        R::SetClock => "set the clock",
+        R::UseNewerImageryOrPolicy => "build it from newer imagery, or change `--stale-after-days`",
+    }
+}
