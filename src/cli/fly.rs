@@ -5,7 +5,7 @@ use super::number::{any, positive, share};
 use super::{Exit, Failure, Output, chosen_layer, default_threads, simulate};
 use overfly_core::coupling::Mode;
 use overfly_core::tile::TILE_SIZE_PX;
-use overfly_flight::navigate::{Clock, NavigateOptions, SensorSigmas};
+use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
 use overfly_lab::report::{Flown, Mosaic, flown_page};
 use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, ScaleSource, Spread, write_positions};
 use overfly_store::{Layer, Reader, StoreError};
@@ -184,9 +184,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         let summary = serde_json::to_vec_pretty(&scores).expect("plain numbers");
         output.write(&folder.join("summary.json"), &summary)?;
         if let Some(mosaic) = picture(&store, layer)? {
-            let clock = args.clock();
+            let execution_times = args.execution_times();
             let modes: Vec<Flown> =
-                flown.iter().zip(&scores).map(|((_, outcomes), score)| Flown { outcomes, score, clock }).collect();
+                flown.iter().zip(&scores).map(|((_, outcomes), score)| Flown { outcomes, score, execution_times }).collect();
             output.write(&folder.join("report.html"), flown_page(&title, &mosaic, &modes).as_bytes())?;
         }
     }
@@ -207,9 +207,9 @@ impl Args {
         }
     }
 
-    fn clock(&self) -> Clock {
-        let stated = Clock { relative_s: self.relative_s, ..Clock::default() };
-        self.execution_s.map_or(stated, |fixed_s| Clock { fixed_s, seconds_per_tile: 0.0, ..stated })
+    fn execution_times(&self) -> ExecutionTimes {
+        let stated = ExecutionTimes { relative_s: self.relative_s, ..ExecutionTimes::default() };
+        self.execution_s.map_or(stated, |fixed_s| ExecutionTimes { fixed_s, seconds_per_tile: 0.0, ..stated })
     }
 
     fn options(&self, layer: &str, mode: Mode) -> NavigateOptions {
@@ -227,7 +227,7 @@ impl Args {
             speed_mps: self.speed_mps,
             speed_sigma_mps: self.speed_mps / 2.0,
             min_turn_radius_m: self.min_turn_radius_m,
-            clock: self.clock(),
+            execution_times: self.execution_times(),
             threads: self.threads.get(),
         }
     }

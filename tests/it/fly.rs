@@ -1,7 +1,7 @@
 //! A flight in a closed loop: every mode holds its position within its own ellipse, bears troubles, and is replayed alike.
 
 use overfly_core::coupling::Mode;
-use overfly_flight::navigate::{Clock, NavigateOptions, SensorSigmas};
+use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
 use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
 use overfly_testkit::drawn::{drawn_store, project};
 
@@ -23,7 +23,7 @@ fn options(mode: Mode, threads: usize) -> NavigateOptions {
         speed_mps: 40.0,
         speed_sigma_mps: 20.0,
         min_turn_radius_m: 300.0,
-        clock: Clock::default(),
+        execution_times: ExecutionTimes::default(),
         threads,
     }
 }
@@ -82,8 +82,8 @@ fn a_late_result_is_carried_forward() {
     let flight = Flight::read(&project("tiles/flight")).unwrap();
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances: Disturbances::default() };
     // Three intervals between images, so that every result is three relative registrations old.
-    let clock = Clock { fixed_s: 10.0, seconds_per_tile: 0.0, ..Clock::default() };
-    let late = NavigateOptions { clock, ..options(Mode::Parallel, 2) };
+    let execution_times = ExecutionTimes { fixed_s: 10.0, seconds_per_tile: 0.0, ..ExecutionTimes::default() };
+    let late = NavigateOptions { execution_times, ..options(Mode::Parallel, 2) };
     let score = score(Mode::Parallel, &trial.run(&late, |_| {}).unwrap());
     let error = score.position_error_m.unwrap();
     assert!(error.p95 < 12.0 && score.wrong == 0 && score.absolute_count < 15, "{score:?}");
@@ -96,8 +96,8 @@ fn a_late_result_tells_of_a_wrong_start_too() {
     let disturbances = Disturbances { start_error_m: 600.0, ..Default::default() };
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances };
     // Between an image and its result one or two others are taken: what contradicts and what confirms are of different images.
-    let clock = Clock { fixed_s: 5.0, seconds_per_tile: 0.0, ..Clock::default() };
-    let late = NavigateOptions { clock, ..options(Mode::Parallel, 2) };
+    let execution_times = ExecutionTimes { fixed_s: 5.0, seconds_per_tile: 0.0, ..ExecutionTimes::default() };
+    let late = NavigateOptions { execution_times, ..options(Mode::Parallel, 2) };
     let outcomes = trial.run(&late, |_| {}).unwrap();
     let error = score(Mode::Parallel, &outcomes[20..]).position_error_m.unwrap();
     assert!(error.max < 12.0, "{error:?}");

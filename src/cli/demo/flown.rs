@@ -2,7 +2,7 @@
 
 use super::super::{Failure, Output};
 use overfly_core::coupling::Mode;
-use overfly_flight::navigate::{Clock, NavigateOptions};
+use overfly_flight::navigate::{ExecutionTimes, NavigateOptions};
 use overfly_lab::report::{Flown, Mosaic, flown_page};
 use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
 use overfly_store::Reader;
@@ -14,7 +14,7 @@ pub struct DemoFlown {
     outcomes: Vec<Vec<FlyOutcome>>,
     /// What each is worth.
     pub scores: Vec<FlyScore>,
-    clock: Clock,
+    execution_times: ExecutionTimes,
 }
 
 /// Flies in the paper's three modes, started by truth.
@@ -35,7 +35,7 @@ pub fn fly(
     }
     bar.finish_and_clear();
     let scores = MODES.iter().zip(&outcomes).map(|(mode, o)| FlyScore::of(*mode, o, &reckoned, right_m)).collect();
-    Ok(DemoFlown { outcomes, scores, clock: options(Mode::Auto).clock })
+    Ok(DemoFlown { outcomes, scores, execution_times: options(Mode::Auto).execution_times })
 }
 
 impl DemoFlown {
@@ -55,9 +55,9 @@ impl DemoFlown {
 
     /// Tracks, errors and chronograms.
     pub fn page(&self, mosaic: &Mosaic) -> String {
-        let clock = self.clock;
+        let execution_times = self.execution_times;
         let modes: Vec<Flown> =
-            self.outcomes.iter().zip(&self.scores).map(|(outcomes, score)| Flown { outcomes, score, clock }).collect();
+            self.outcomes.iter().zip(&self.scores).map(|(outcomes, score)| Flown { outcomes, score, execution_times }).collect();
         flown_page("overfly: the demo's flight in the three coupling modes", mosaic, &modes)
     }
 }

@@ -1,26 +1,30 @@
-//! A flight: relative and absolute registration run by a coupling mode, in a closed loop.
+//! Navigation of a flight: visual odometry, sensors and absolute registration coupled by an extended Kalman filter.
 //!
-//! [`Navigator`] takes image after image and answers with a position each. What it knows is an [`Estimate`]: relative
-//! registrations move it, absolute ones correct it when their execution time is over, the last velocity carries it over images
-//! that show nothing. Time is the images' own, and a [`Clock`]'s: a replay is the same on every machine.
+//! [`Navigator`] takes image after image and returns a position for each. Its state is a [`NavigationFilter`]: relative
+//! registrations predict, sensors and fixes update. A fix is a delayed measurement: it arrives when its execution time is over,
+//! updates the filter at its own image, and the predictions since are applied again. Dead reckoning by the last velocity
+//! bridges images that show nothing. Time is taken from the images and from a model of [`ExecutionTimes`], so a replay is the
+//! same on every machine.
 
-mod anchor;
-mod clock;
 mod error;
-mod estimate;
-mod image;
-mod moves;
+mod execution_times;
+mod filter;
+mod flight_image;
+mod keyframes;
+mod measurements;
 mod navigator;
 mod options;
 mod position;
-mod search;
+mod search_widening;
+mod time_update;
 mod velocity;
 
-pub use clock::Clock;
-pub use error::NavigateError;
-pub use estimate::{Estimate, Sensed, SensorSigmas, Step};
-pub use image::Image;
-pub use moves::Move;
+pub use error::{FilterError, NavigateError};
+pub use execution_times::ExecutionTimes;
+pub use filter::{Gate, NavigationFilter, Residual};
+pub use flight_image::FlightImage;
+pub use measurements::{FixMeasurement, OdometryStep, SensorReading, SensorSigmas};
 pub use navigator::Navigator;
 pub use options::NavigateOptions;
-pub use position::{Position, Source};
+pub use position::{Position, PositionSource};
+pub use time_update::TimeUpdate;

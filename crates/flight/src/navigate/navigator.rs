@@ -1,55 +1,88 @@
-//! `Navigator`: image after image, one position each.
+//! `Navigator`: takes image after image and returns a position for each.
 
-use super::anchor::Anchors;
-use super::position::{Position, Source};
-use super::search::Patience;
+use super::error::NavigateError;
+use super::filter::{Gate, NavigationFilter};
+use super::flight_image::FlightImage;
+use super::keyframes::Keyframes;
+use super::measurements::FixMeasurement;
+use super::options::NavigateOptions;
+use super::position::{Position, PositionSource};
+use super::search_widening::SearchWidening;
+use super::time_update::TimeUpdate;
 use super::velocity::Velocity;
-use super::{Estimate, Image, Move, NavigateError, NavigateOptions};
 use crate::locate::{Answer, Fix, LocateError, locate};
 use overfly_core::camera::CameraError;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::Geodetic;
 use overfly_store::Reader;
 
-/// An innovation beyond this is no accident: chi-square of two degrees, once in a million.
-const GATE: f64 = 27.6;
-/// A fix that contradicts the estimate must be at least this sure to be looked into.
+/// A fix outside the gate starts an alternative filter only where it is at least this sure.
 const SURE_LOG10_FALSE_ALARMS: f64 = -9.0;
+/// Images not farther apart than this many of the last interval are consecutive.
+const CONSECUTIVE_INTERVALS: f64 = 1.5;
+/// One standard deviation of an alternative filter's position before its first fix updates it, metres.
+const ALTERNATIVE_SIGMA_M: f64 = 1e4;
 
 /// A flight under way.
+///
+/// # Example
+/// ```no_run
+/// use overfly_core::{camera::Intrinsics, geodesy::Geodetic};
+/// use overfly_flight::frame::read_frame;
+/// use overfly_flight::navigate::{FlightImage, NavigateOptions, Navigator, SensorReading};
+///
+/// let store = overfly_store::Reader::open(std::path::Path::new("map.gpkg"))?;
+/// let options = NavigateOptions::default();
+/// let image = |name: &str, time_s: f64| -> Result<FlightImage, Box<dyn std::error::Error>> {
+///     Ok(FlightImage {
+///         gray: read_frame(std::path::Path::new(name))?.into(),
+///         time_s,
+///         reading: SensorReading { heading_rad: 1.2, height_m: 500.0 },
+///         intrinsics: Intrinsics::centred(640, 480, 700.0),
+///         pitch_rad: 0.0,
+///         roll_rad: 0.0,
+///     })
+/// };
+/// let start = Geodetic::from_degrees(48.4915, 15.616)?;
+/// let (mut navigator, first) = Navigator::start(&store, &options, start, image("000.jpg", 0.0)?)?;
+/// let second = navigator.process_image(image("001.jpg", 2.0)?)?;
+/// println!("{:?}, then {:?}", first.position, second.position);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Navigator<'a> {
     store: &'a Reader,
     options: &'a NavigateOptions,
-    /// At the last image.
-    estimate: Estimate,
-    anchors: Anchors,
+    /// The filter at the last image.
+    filter: NavigationFilter,
+    keyframes: Keyframes,
     velocity: Velocity,
     last_time_s: f64,
-    /// The image that the last fix was made of: its time, and what was known there with the fix.
-    fixed: Option<(f64, Estimate)>,
-    patience: Patience,
-    /// An absolute registration whose result is not there yet.
-    running: Option<Running>,
-    /// Where a fix says that the aircraft is, against all that was estimated; one more must agree.
-    suspect: Option<Estimate>,
+    /// The time of the last image with an accepted fix, and the filter there after the update.
+    last_fix: Option<(f64, NavigationFilter)>,
+    widening: SearchWidening,
+    /// An absolute registration whose result is not due yet.
+    pending: Option<PendingRegistration>,
+    /// A filter that starts at a fix outside the gate; it replaces `filter` if the next fix confirms it.
+    alternative: Option<NavigationFilter>,
     /// Images since the last absolute registration began.
-    since_absolute: usize,
-    /// When a registration that is waited for ends.
+    images_since_absolute: usize,
+    /// When a registration that the mode waits for ends.
     busy_until_s: f64,
 }
 
-/// An absolute registration that began at an image.
-struct Running {
+/// An absolute registration that began at an image: a delayed measurement.
+struct PendingRegistration {
     done_s: f64,
     answer: Answer,
-    /// As estimated at that image, and where a fix before it says that it was taken instead; and what was moved since.
-    began: Estimate,
-    suspect: Option<Estimate>,
-    image: Image,
-    moved: Vec<Move>,
+    image: FlightImage,
+    /// The filter and the alternative filter at that image.
+    filter: NavigationFilter,
+    alternative: Option<NavigationFilter>,
+    /// The time updates since that image.
+    updates: Vec<TimeUpdate>,
 }
 
-/// What an absolute registration came to.
+/// The outcome of an absolute registration.
 struct Searched {
     tiles: usize,
     nominal_count: f64,
@@ -57,118 +90,124 @@ struct Searched {
 }
 
 impl<'a> Navigator<'a> {
-    /// At the first image, from a start position.
+    /// Starts a flight at its first image from a stated position, and returns the position there.
     ///
     /// # Errors
-    /// Where the store cannot be searched or the camera is none.
+    /// [`NavigateError`] where the store cannot be searched or the camera is invalid.
     pub fn start(
         store: &'a Reader,
         options: &'a NavigateOptions,
         start: Geodetic,
-        first: Image,
+        first: FlightImage,
     ) -> Result<(Self, Position), NavigateError> {
-        let estimate = Estimate::start(start, options.start_sigma_m, first.sensed, &options.sensors);
+        let filter = NavigationFilter::new(start, options.start_sigma_m, first.reading, &options.sensors);
         let mut navigator = Self {
             store,
             options,
-            anchors: Anchors::new(first.clone(), estimate.clone()),
-            estimate,
-            velocity: Velocity::stated(options),
+            keyframes: Keyframes::new(first.clone(), filter.clone()),
+            filter,
+            velocity: Velocity::new(options),
             last_time_s: first.time_s,
-            fixed: None,
-            patience: Patience::default(),
-            running: None,
-            suspect: None,
-            since_absolute: usize::MAX - 1,
+            last_fix: None,
+            widening: SearchWidening::default(),
+            pending: None,
+            alternative: None,
+            images_since_absolute: usize::MAX - 1,
             busy_until_s: f64::NEG_INFINITY,
         };
         let position = navigator.register(&first, 0, first.time_s)?;
         Ok((navigator, position))
     }
 
-    /// Takes the next image; its position is the best that is known when its own registrations are done.
+    /// Takes the next image and returns the best position that is known when the image's own registrations are done.
     ///
     /// # Errors
-    /// As [`Navigator::start`]; images out of order.
-    pub fn take(&mut self, image: Image) -> Result<Position, NavigateError> {
+    /// [`NavigateError::OutOfOrder`] where the image is not newer than the last; else as [`Navigator::start`].
+    pub fn process_image(&mut self, image: FlightImage) -> Result<Position, NavigateError> {
         let elapsed_s = image.time_s - self.last_time_s;
         if elapsed_s.is_nan() || elapsed_s <= 0.0 {
             return Err(NavigateError::OutOfOrder { time_s: image.time_s, last_s: self.last_time_s });
         }
-        self.deliver(image.time_s)?;
-        let relative = usize::from(self.moves_by_registration(&image));
-        let (moved, from) = self.next_move(&image, elapsed_s)?;
-        let is_linked = matches!(moved, Move::Registered { .. });
-        // A step from an earlier image than the last says nothing of the time since the last.
-        let before = (is_linked && from.is_none()).then(|| self.estimate.clone());
-        self.carry(&moved, from)?;
+        self.finish_pending(image.time_s)?;
+        let relative_count = usize::from(self.uses_odometry(&image));
+        let (update, from) = self.time_update(&image, elapsed_s)?;
+        let is_registered = matches!(update, TimeUpdate::Odometry { .. });
+        // A step from an earlier image than the last does not measure the velocity since the last.
+        let before = (is_registered && from.is_none()).then(|| self.filter.clone());
+        self.predict(&update, from)?;
         if let Some(before) = before {
-            self.velocity = self.velocity.seen(&before, &self.estimate, elapsed_s);
+            self.velocity = self.velocity.measured(&before, &self.filter, elapsed_s);
         }
         self.last_time_s = image.time_s;
-        self.anchors.add(image.clone(), self.estimate.clone(), is_linked);
-        self.since_absolute = self.since_absolute.saturating_add(1);
-        self.register(&image, relative, image.time_s)
+        self.keyframes.add(image.clone(), self.filter.clone(), is_registered);
+        self.images_since_absolute = self.images_since_absolute.saturating_add(1);
+        self.register(&image, relative_count, image.time_s)
     }
 
-    /// Whether this image is compared with one before it.
-    fn moves_by_registration(&self, image: &Image) -> bool {
+    /// Whether this image is registered against a keyframe.
+    fn uses_odometry(&self, image: &FlightImage) -> bool {
         self.options.mode != Mode::Combined && image.time_s >= self.busy_until_s
     }
 
-    /// From where, and how, the aircraft came to this image.
-    fn next_move(&mut self, image: &Image, elapsed_s: f64) -> Result<(Move, Option<Estimate>), NavigateError> {
-        if self.moves_by_registration(image)
-            && let Some((step, from)) = self.anchors.step_to(image, &self.options.sensors)?
+    /// The time update to this image, and the filter that it begins at, where this is not the filter at the last image.
+    fn time_update(
+        &mut self,
+        image: &FlightImage,
+        elapsed_s: f64,
+    ) -> Result<(TimeUpdate, Option<NavigationFilter>), NavigateError> {
+        let reading = image.reading;
+        if self.uses_odometry(image)
+            && let Some((step, from)) = self.keyframes.step_to(image, &self.options.sensors)?
         {
-            return Ok((Move::Registered { step, sensed: image.sensed }, from));
+            return Ok((TimeUpdate::Odometry { step, reading }, from));
         }
         let radius_m = self.options.min_turn_radius_m;
-        let (by, sigma_m) = self.velocity.lead(&self.estimate, image.sensed, elapsed_s, radius_m);
-        Ok((Move::Led { by, sigma_m, sensed: image.sensed }, None))
+        let (displacement, sigma_m) = self.velocity.dead_reckon(&self.filter, reading, elapsed_s, radius_m);
+        Ok((TimeUpdate::DeadReckoning { displacement, sigma_m, reading }, None))
     }
 
-    /// Applies a move to all that is carried along. `from`: the estimate that it begins at, where that is not the last one.
-    fn carry(&mut self, moved: &Move, from: Option<Estimate>) -> Result<(), NavigateError> {
+    /// Applies a time update to every filter. `from`: the filter that the update begins at, where this is not the last one.
+    fn predict(&mut self, update: &TimeUpdate, from: Option<NavigationFilter>) -> Result<(), NavigateError> {
         let sensors = &self.options.sensors;
-        if let Some(running) = &mut self.running {
-            running.moved.push(moved.clone());
+        if let Some(pending) = &mut self.pending {
+            pending.updates.push(update.clone());
         }
-        if let Some(suspect) = &mut self.suspect {
-            moved.apply(suspect, sensors)?;
+        if let Some(alternative) = &mut self.alternative {
+            update.apply(alternative, sensors)?;
         }
         if let Some(from) = from {
-            // What runs beside began at an image that this move leaves out.
-            self.running = None;
-            self.suspect = None;
-            self.estimate = from;
+            // The pending registration began at an image that this update skips.
+            self.pending = None;
+            self.alternative = None;
+            self.filter = from;
         }
-        Ok(moved.apply(&mut self.estimate, sensors)?)
+        Ok(update.apply(&mut self.filter, sensors)?)
     }
 
-    /// Begins an absolute registration if it is time for one, and waits for it where the mode does.
-    fn register(&mut self, image: &Image, relative_count: usize, now_s: f64) -> Result<Position, NavigateError> {
+    /// Begins an absolute registration where one is due, and waits for its result where the mode does.
+    fn register(&mut self, image: &FlightImage, relative_count: usize, now_s: f64) -> Result<Position, NavigateError> {
         let mut searched = None;
-        if self.running.is_none() && now_s >= self.busy_until_s && self.is_due() {
-            searched = self.begin(image, now_s)?;
-            let done_s = self.running.as_ref().map_or(now_s, |r| r.done_s);
+        if self.pending.is_none() && now_s >= self.busy_until_s && self.is_absolute_due() {
+            searched = self.begin_absolute(image, now_s)?;
+            let done_s = self.pending.as_ref().map_or(now_s, |p| p.done_s);
             if self.waits(done_s, image) {
                 self.busy_until_s = done_s;
-                self.deliver(done_s)?;
+                self.finish_pending(done_s)?;
             }
         }
-        let fixed_s = self.fixed.as_ref().map(|(time_s, _)| *time_s);
+        let fix_time_s = self.last_fix.as_ref().map(|(time_s, _)| *time_s);
         let (tiles_searched, nominal_count) = searched.as_ref().map_or((0, 0.0), |s| (s.tiles, s.nominal_count));
+        let is_absolute = fix_time_s == Some(image.time_s);
         Ok(Position {
             time_s: image.time_s,
-            source: if fixed_s == Some(image.time_s) { Source::Absolute } else { Source::Propagated },
-            position: self.estimate.position(),
-            heading_rad: self.estimate.heading_rad(),
-            heading_sigma_rad: self.estimate.heading_sigma_rad(),
-            covariance_m2: self.estimate.position_covariance_m2(),
-            height_scale: self.estimate.height_scale(),
-            height_scale_sigma_ratio: self.estimate.height_scale_sigma_ratio(),
-            fix_age_s: fixed_s.map(|s| image.time_s - s),
+            source: if is_absolute { PositionSource::Absolute } else { PositionSource::Propagated },
+            position: self.filter.position(),
+            heading_rad: self.filter.heading_rad(),
+            heading_sigma_rad: self.filter.heading_sigma_rad(),
+            covariance_m2: self.filter.position_covariance_m2(),
+            height_scale: self.filter.height_scale(),
+            height_scale_sigma_ratio: self.filter.height_scale_sigma_ratio(),
+            fix_age_s: fix_time_s.map(|s| image.time_s - s),
             tiles_searched,
             nominal_count,
             relative_count,
@@ -177,37 +216,39 @@ impl<'a> Navigator<'a> {
         })
     }
 
-    fn is_due(&self) -> bool {
+    fn is_absolute_due(&self) -> bool {
         match self.options.mode {
             Mode::RelativeOnly => false,
-            Mode::Sequential => self.since_absolute >= self.options.relative_count || self.is_in_doubt(),
+            Mode::Sequential => self.images_since_absolute >= self.options.relative_count || self.is_in_doubt(),
             Mode::Parallel | Mode::Combined | Mode::Auto => true,
         }
     }
 
-    /// Where the sequential mode must not wait for its turn: nothing found last time, or something that contradicts.
+    /// Whether the sequential mode searches at once: there is no fix yet, the last search failed, or its fix was outside the
+    /// gate.
     fn is_in_doubt(&self) -> bool {
-        self.suspect.is_some() || self.patience != Patience::default() || self.fixed.is_none()
+        self.alternative.is_some() || self.widening != SearchWidening::default() || self.last_fix.is_none()
     }
 
-    /// Whether the result of an absolute registration is waited for.
-    fn waits(&self, done_s: f64, image: &Image) -> bool {
+    /// Whether the mode waits for the result of an absolute registration.
+    fn waits(&self, done_s: f64, image: &FlightImage) -> bool {
         match self.options.mode {
             Mode::Sequential | Mode::Combined => true,
             Mode::Parallel | Mode::RelativeOnly => false,
-            // It is there before the next image is due, if images come as they came.
+            // Where the result is due before the next image, if images keep their interval.
             Mode::Auto => {
-                self.anchors.interval_s().is_some_and(|s| done_s + self.options.clock.relative_s < image.time_s + s)
+                let relative_s = self.options.execution_times.relative_s;
+                self.keyframes.interval_s().is_some_and(|s| done_s + relative_s < image.time_s + s)
             }
         }
     }
 
-    fn begin(&mut self, image: &Image, now_s: f64) -> Result<Option<Searched>, NavigateError> {
-        let at = self.suspect.as_ref().unwrap_or(&self.estimate);
-        let patience = if self.suspect.is_some() { Patience::default() } else { self.patience };
-        let request = patience.request(&self.options.layer, image, at);
+    fn begin_absolute(&mut self, image: &FlightImage, now_s: f64) -> Result<Option<Searched>, NavigateError> {
+        let at = self.alternative.as_ref().unwrap_or(&self.filter);
+        let widening = if self.alternative.is_some() { SearchWidening::default() } else { self.widening };
+        let request = widening.request(&self.options.layer, image, at);
         let answer = match locate(self.store, &image.gray, &request, self.options.threads) {
-            // A region grown beyond all searching and a camera that looks aside are no fix, and no end of a flight.
+            // A region too large to search and a camera tilted too far give no fix; the flight goes on.
             Err(
                 LocateError::TooWide { .. }
                 | LocateError::NoRoom { .. }
@@ -221,75 +262,92 @@ impl<'a> Navigator<'a> {
             Answer::Fix(f) => (f.tiles_searched, f.nominal_count, Some(f.clone())),
             Answer::NoFix(n) => (n.tiles_searched, n.nominal_count, None),
         };
-        let done_s = now_s + self.options.clock.execution_s(tiles);
-        let (began, suspect, image) = (self.estimate.clone(), self.suspect.clone(), image.clone());
-        self.running = Some(Running { done_s, answer, began, suspect, image, moved: Vec::new() });
-        self.since_absolute = 0;
+        self.pending = Some(PendingRegistration {
+            done_s: now_s + self.options.execution_times.absolute_s(tiles),
+            answer,
+            image: image.clone(),
+            filter: self.filter.clone(),
+            alternative: self.alternative.clone(),
+            updates: Vec::new(),
+        });
+        self.images_since_absolute = 0;
         Ok(Some(Searched { tiles, nominal_count, fix }))
     }
 
-    /// Takes in the result of the running registration, if it is there by `now_s`.
-    fn deliver(&mut self, now_s: f64) -> Result<(), NavigateError> {
-        let Some(running) = self.running.take_if(|r| r.done_s <= now_s) else { return Ok(()) };
-        match &running.answer {
+    /// Uses the result of the pending registration, where it is due by `now_s`.
+    fn finish_pending(&mut self, now_s: f64) -> Result<(), NavigateError> {
+        let Some(pending) = self.pending.take_if(|p| p.done_s <= now_s) else { return Ok(()) };
+        match &pending.answer {
             Answer::NoFix(no_fix) => {
-                if self.suspect.take().is_none() {
-                    self.patience.failed(no_fix.reason);
+                if self.alternative.take().is_none() {
+                    self.widening.record_failure(no_fix.reason);
                 }
             }
-            Answer::Fix(fix) => self.weigh(fix, &running)?,
+            Answer::Fix(fix) => self.update_fix(fix, &pending)?,
         }
         Ok(())
     }
 
-    /// A fix that agrees with the estimate corrects it; one that does not is kept until another agrees with it.
-    fn weigh(&mut self, fix: &Fix, running: &Running) -> Result<(), NavigateError> {
-        let agrees = |at: &Estimate| at.innovation(fix).is_some_and(|square| square <= GATE);
-        self.suspect = None;
-        // Both as they were at the image that the fix was made of.
-        let confirmed = running.suspect.iter().chain([&running.began]).find(|at| agrees(at));
-        if let Some(mut corrected) = confirmed.cloned() {
-            self.patience.succeeded();
-            self.correct(&mut corrected, fix, running)?;
-            self.velocity = self.fixed_velocity(&corrected, running.image.time_s);
-            self.fixed = Some((running.image.time_s, corrected.clone()));
-            self.replay(&mut corrected, running)?;
-            self.anchors.corrected(&corrected);
-            self.estimate = corrected;
-        } else if fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS) {
-            let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)?;
-            let mut other = Estimate::start(at, FRESH_SIGMA_M, running.image.sensed, &self.options.sensors);
-            self.correct(&mut other, fix, running)?;
-            self.replay(&mut other, running)?;
-            self.suspect = Some(other);
+    /// Updates the first filter whose gate the fix passes, as it was at the image of the fix, and applies the time updates
+    /// since. A fix that passes no gate, but is sure, starts an alternative filter, which the next fix may confirm.
+    fn update_fix(&mut self, fix: &Fix, pending: &PendingRegistration) -> Result<(), NavigateError> {
+        let measurement = measurement(fix, &pending.image)?;
+        self.alternative = None;
+        for filter in pending.alternative.iter().chain([&pending.filter]) {
+            let mut updated = filter.clone();
+            if updated.update_fix(&measurement, Gate::ONE_IN_A_MILLION)?.is_accepted {
+                self.widening.reset();
+                self.velocity = self.velocity_from_fixes(&updated, pending.image.time_s);
+                self.last_fix = Some((pending.image.time_s, updated.clone()));
+                self.apply_updates(&mut updated, pending)?;
+                self.keyframes.set_filter(&updated);
+                self.filter = updated;
+                return Ok(());
+            }
+        }
+        if fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS) {
+            let (reading, sensors) = (pending.image.reading, &self.options.sensors);
+            let mut alternative =
+                NavigationFilter::new(measurement.position, ALTERNATIVE_SIGMA_M, reading, sensors);
+            alternative.update_fix(&measurement, Gate::OPEN)?;
+            self.apply_updates(&mut alternative, pending)?;
+            self.alternative = Some(alternative);
         }
         Ok(())
     }
 
-    fn correct(&self, at: &mut Estimate, fix: &Fix, running: &Running) -> Result<(), NavigateError> {
-        // What the answer calls a pixel's size is a height, through the image's own camera.
-        let per_height = running.image.camera(1.0)?.gsd_m_per_px();
-        Ok(at.correct(fix, (fix.gsd_m_per_px / per_height).ln())?)
-    }
-
-    fn replay(&self, at: &mut Estimate, running: &Running) -> Result<(), NavigateError> {
-        running.moved.iter().try_for_each(|moved| moved.apply(at, &self.options.sensors))?;
+    fn apply_updates(
+        &self,
+        filter: &mut NavigationFilter,
+        pending: &PendingRegistration,
+    ) -> Result<(), NavigateError> {
+        pending.updates.iter().try_for_each(|update| update.apply(filter, &self.options.sensors))?;
         Ok(())
     }
 
-    /// In the combined mode velocity is known from fixes alone: of images in a row, for between others it may have turned.
-    fn fixed_velocity(&self, corrected: &Estimate, time_s: f64) -> Velocity {
-        let in_a_row = |from_s: f64| self.anchors.interval_s().is_some_and(|s| time_s - from_s < IN_A_ROW * s);
-        match &self.fixed {
-            Some((from_s, from)) if self.options.mode == Mode::Combined && in_a_row(*from_s) => {
-                self.velocity.seen(from, corrected, time_s - from_s)
+    /// In the combined mode, the velocity between the last two fixes, where their images are consecutive: between others the
+    /// aircraft may have turned. In other modes odometry measures the velocity.
+    fn velocity_from_fixes(&self, updated: &NavigationFilter, time_s: f64) -> Velocity {
+        let is_consecutive =
+            |from_s: f64| self.keyframes.interval_s().is_some_and(|s| time_s - from_s < CONSECUTIVE_INTERVALS * s);
+        match &self.last_fix {
+            Some((from_s, from)) if self.options.mode == Mode::Combined && is_consecutive(*from_s) => {
+                self.velocity.measured(from, updated, time_s - from_s)
             }
             _ => self.velocity,
         }
     }
 }
 
-/// Images not farther apart than this many of the last interval lie in a row.
-const IN_A_ROW: f64 = 1.5;
-/// Of a place that only a fix knows of, before it is corrected by that fix.
-const FRESH_SIGMA_M: f64 = 1e4;
+/// The fix as the filter takes it. The fix's ground sample distance is a height through the image's own camera.
+fn measurement(fix: &Fix, image: &FlightImage) -> Result<FixMeasurement, NavigateError> {
+    let gsd_per_height = image.camera(1.0)?.gsd_m_per_px();
+    Ok(FixMeasurement {
+        position: Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)?,
+        covariance_m2: fix.covariance_m2,
+        heading_rad: fix.heading_deg.to_radians(),
+        heading_sigma_rad: fix.heading_sigma_deg.to_radians(),
+        log_height: (fix.gsd_m_per_px / gsd_per_height).ln(),
+        log_height_sigma: fix.scale_sigma_ratio,
+    })
+}

@@ -1,35 +1,36 @@
-//! What a flight is navigated by.
+//! `NavigateOptions`: everything that is stated before a flight.
 
-use super::{Clock, SensorSigmas};
+use super::execution_times::ExecutionTimes;
+use super::measurements::SensorSigmas;
 use overfly_core::coupling::Mode;
 
-/// Everything that is stated before a flight.
+/// The options of a [`super::Navigator`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct NavigateOptions {
     /// Layer to search.
     pub layer: String,
-    /// How to couple.
+    /// Coupling mode.
     pub mode: Mode,
     /// n: relative registrations between two absolute ones in the sequential mode.
     pub relative_count: usize,
-    /// How far compass and altimeter are trusted.
+    /// Error model of compass and altimeter.
     pub sensors: SensorSigmas,
     /// One standard deviation of the position at the start, per axis, metres.
     pub start_sigma_m: f64,
-    /// Speed over ground where no registration has told it yet, m/s, and one standard deviation of it.
+    /// Speed over ground until a registration measures it, m/s.
     pub speed_mps: f64,
-    /// As [`NavigateOptions::speed_mps`].
+    /// One standard deviation of [`NavigateOptions::speed_mps`], m/s.
     pub speed_sigma_mps: f64,
     /// R_min: smallest turn radius, metres.
     pub min_turn_radius_m: f64,
-    /// Execution times.
-    pub clock: Clock,
-    /// Threads of one registration.
+    /// Execution times of registrations.
+    pub execution_times: ExecutionTimes,
+    /// Threads that one absolute registration may use.
     pub threads: usize,
 }
 
-/// What `overfly fly` takes where nothing is stated: a small aircraft with a magnetic compass and a barometer.
 impl Default for NavigateOptions {
+    /// The options of a small aircraft with a magnetic compass and a barometer.
     fn default() -> Self {
         Self {
             layer: "ortho".into(),
@@ -45,7 +46,7 @@ impl Default for NavigateOptions {
             speed_mps: 40.0,
             speed_sigma_mps: 20.0,
             min_turn_radius_m: 500.0,
-            clock: Clock::default(),
+            execution_times: ExecutionTimes::default(),
             threads: 1,
         }
     }

@@ -1,4 +1,4 @@
-//! `Position`: what is put out for an image.
+//! `Position`: the navigator's output for one image.
 
 use crate::locate::Fix;
 use overfly_core::geodesy::Geodetic;
@@ -7,15 +7,15 @@ use serde::Serialize;
 /// Where a position comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Source {
+pub enum PositionSource {
     /// An absolute registration of this very image.
     Absolute,
-    /// One of an earlier image, or the start, carried forward.
+    /// An absolute registration of an earlier image, or the start, carried forward.
     Propagated,
 }
 
-impl Source {
-    /// As files spell it.
+impl PositionSource {
+    /// The word in files: `absolute` or `propagated`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Absolute => "absolute",
@@ -24,35 +24,35 @@ impl Source {
     }
 }
 
-/// Where the aircraft was when an image was taken.
+/// Position and heading of the aircraft when an image was taken, with their uncertainty.
 #[derive(Debug, Clone)]
 pub struct Position {
     /// When the image was taken, seconds.
     pub time_s: f64,
     /// Where the position comes from.
-    pub source: Source,
-    /// Straight below the camera.
+    pub source: PositionSource,
+    /// The point straight below the camera.
     pub position: Geodetic,
-    /// Radians clockwise from true north.
+    /// Heading, radians clockwise from true north in [0, 2 pi).
     pub heading_rad: f64,
-    /// One standard deviation of it.
+    /// One standard deviation of the heading, radians.
     pub heading_sigma_rad: f64,
-    /// [[ee, en], [en, nn]], m^2.
+    /// Covariance of the position, m^2: [[ee, en], [en, nn]].
     pub covariance_m2: [[f64; 2]; 2],
-    /// True height over what the altimeter says, as far as fixes have told; the nominal focal length's error is in it.
+    /// True height over the altimeter's reading, as estimated from fixes; the error of the nominal focal length is included.
     pub height_scale: f64,
-    /// One standard deviation of it, as a ratio.
+    /// One standard deviation of [`Position::height_scale`], as a ratio.
     pub height_scale_sigma_ratio: f64,
-    /// Time since the image of the last fix; `None` before the first.
+    /// Time since the image of the last fix, seconds; `None` before the first.
     pub fix_age_s: Option<f64>,
-    /// Tiles that the absolute registration begun at this image searches; 0 where none was begun.
+    /// Tiles searched by the absolute registration that began at this image; 0 without one.
     pub tiles_searched: usize,
-    /// 𝒩 of it.
+    /// 𝒩: nominal count of that search; 0 without one.
     pub nominal_count: f64,
     /// Relative registrations tried at this image.
     pub relative_count: usize,
     /// Absolute registrations begun at this image.
     pub absolute_count: usize,
-    /// What the absolute registration begun at this image will say, whether it is taken in or not.
+    /// The fix of the absolute registration that began at this image, whether the filter accepts it or not.
     pub fix: Option<Fix>,
 }

@@ -4,7 +4,7 @@ use super::flown_plots::{chronogram, errors, tiles};
 use super::map::{half_axes_of_m, long_axis_of_deg};
 use super::{Mosaic, data_url, escaped};
 use crate::trial::{FlyOutcome, FlyScore};
-use overfly_flight::navigate::Clock;
+use overfly_flight::navigate::ExecutionTimes;
 use std::fmt::Write;
 
 const STYLE: &str = include_str!("report.css");
@@ -17,7 +17,7 @@ pub struct Flown<'a> {
     /// Its score.
     pub score: &'a FlyScore,
     /// Execution times.
-    pub clock: Clock,
+    pub execution_times: ExecutionTimes,
 }
 
 /// The page. Every image and plot is embedded; nothing is loaded from anywhere.

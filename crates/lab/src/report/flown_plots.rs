@@ -96,11 +96,11 @@ type Chart<'a, 'b> = ChartContext<
 fn draw_registrations(chart: &mut Chart, flown: &Flown, o: &FlyOutcome, least_s: f64) -> Drawn {
     let (t, p) = (o.position.time_s, &o.position);
     if p.relative_count > 0 {
-        let end = t + flown.clock.relative_s.max(least_s);
+        let end = t + flown.execution_times.relative_s.max(least_s);
         chart.draw_series([Rectangle::new([(t, 0.1), (end, 0.9)], PROPAGATED.mix(0.8).filled())])?;
     }
     if p.absolute_count > 0 {
-        let end = t + flown.clock.execution_s(p.tiles_searched).max(least_s);
+        let end = t + flown.execution_times.absolute_s(p.tiles_searched).max(least_s);
         let style = if p.fix.is_some() { RIGHT.mix(0.8).filled() } else { RIGHT.stroke_width(1) };
         chart.draw_series([Rectangle::new([(t, 1.2), (end, 2.0)], style)])?;
     }

@@ -14,7 +14,7 @@ use super::{Flight, Frame, TrialError};
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_flight::frame::read_frame;
-use overfly_flight::navigate::{Image, NavigateError, NavigateOptions, Navigator, Position, Sensed};
+use overfly_flight::navigate::{FlightImage, NavigateError, NavigateOptions, Navigator, Position, SensorReading};
 use overfly_store::Reader;
 use std::sync::Arc;
 
@@ -89,7 +89,7 @@ impl FlyTrial<'_> {
             let image = self.image(frame, gray);
             let failed = |cause| TrialError::Navigate { image: frame.image.clone(), cause };
             let position = match &mut navigator {
-                Some(navigator) => navigator.take(image).map_err(failed)?,
+                Some(navigator) => navigator.process_image(image).map_err(failed)?,
                 none => {
                     let start = self.start(truth).map_err(failed)?;
                     let (begun, position) = Navigator::start(self.store, options, start, image).map_err(failed)?;
@@ -117,11 +117,11 @@ impl FlyTrial<'_> {
         Ok(LocalFrame::at(truth).geodetic_from_enu(off)?)
     }
 
-    fn image(&self, frame: &Frame, gray: overfly_core::pixels::Gray) -> Image {
-        Image {
+    fn image(&self, frame: &Frame, gray: overfly_core::pixels::Gray) -> FlightImage {
+        FlightImage {
             gray: Arc::new(gray),
             time_s: frame.time_s,
-            sensed: Sensed {
+            reading: SensorReading {
                 heading_rad: frame.heading_rad + self.disturbances.heading_bias_rad,
                 height_m: frame.height_agl_m,
             },

@@ -62,7 +62,7 @@ fn ways(first: &FlyOutcome, now: &FlyOutcome) -> (Enu, Enu) {
 mod tests {
     use super::*;
     use overfly_core::geodesy::Geodetic;
-    use overfly_flight::navigate::{Position, Source};
+    use overfly_flight::navigate::{Position, PositionSource};
 
     /// A flight east in steps of 100 m that dead reckoning takes for `reckoned_m` each.
     fn run(reckoned_m: f64, height_scale: f64, fix_age_s: Option<f64>) -> Vec<FlyOutcome> {
@@ -72,7 +72,7 @@ mod tests {
             let (position, truth) = (at(f64::from(i) * reckoned_m), at(f64::from(i) * 100.0));
             let known = Position {
                 time_s: f64::from(i),
-                source: Source::Propagated,
+                source: PositionSource::Propagated,
                 position,
                 heading_rad: 0.0,
                 heading_sigma_rad: 0.01,

@@ -13,7 +13,8 @@ use super::scenario::{AfterFailure, whole_intervals};
 use super::tally::{Cause, Tally};
 use super::track::Track;
 use overfly_core::coupling::Mode;
-use overfly_core::geodesy::{GeodesyError, Geodetic, LocalFrame};
+use overfly_core::geodesy::{Geodetic, LocalFrame};
+use overfly_flight::navigate::FilterError;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
@@ -44,7 +45,7 @@ impl<'a> Flight<'a> {
     ///
     /// # Errors
     /// Where a position leaves the ellipsoid's local frame, which no route does.
-    pub fn fly(case: &'a Case<'a>, run: u32) -> Result<Tally, GeodesyError> {
+    pub fn fly(case: &'a Case<'a>, run: u32) -> Result<Tally, FilterError> {
         let mut flight = Self::start(case, run)?;
         match case.mode {
             Mode::Sequential => flight.sequential()?,
@@ -55,7 +56,7 @@ impl<'a> Flight<'a> {
         Ok(flight.tally)
     }
 
-    fn start(case: &'a Case<'a>, run: u32) -> Result<Self, GeodesyError> {
+    fn start(case: &'a Case<'a>, run: u32) -> Result<Self, FilterError> {
         let mut rng = case.rng(run, Draws::Flight);
         let scenario = case.scenario;
         let tracked = scenario.covariance.as_ref().filter(|c| run < c.runs && case.mode != Mode::Combined);
@@ -99,7 +100,7 @@ impl<'a> Flight<'a> {
     }
 
     /// n relative registrations, a search that is waited for, and again.
-    fn sequential(&mut self) -> Result<(), GeodesyError> {
+    fn sequential(&mut self) -> Result<(), FilterError> {
         loop {
             let retries = self.failed_last && self.case.scenario.failures.after == AfterFailure::Retry;
             self.relative(if retries { 1.0 } else { self.case.plan.relative_count as f64 })?;
@@ -110,7 +111,7 @@ impl<'a> Flight<'a> {
     }
 
     /// One search after another; in the parallel mode relative registrations go on beside.
-    fn search_after_search(&mut self) -> Result<(), GeodesyError> {
+    fn search_after_search(&mut self) -> Result<(), FilterError> {
         let scenario = self.case.scenario;
         // As long without a fix as stated, or as searches take that have settled.
         let settled_s = self.case.adjusted.map_or(0.0, |a| a.execution_s);
@@ -130,7 +131,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Flies `count` relative registrations, or until the mission ends.
-    fn relative(&mut self, count: f64) -> Result<(), GeodesyError> {
+    fn relative(&mut self, count: f64) -> Result<(), FilterError> {
         let step_s = self.case.scenario.step_s();
         let end_s = self.now_s + count * step_s;
         if count.is_finite() {
@@ -142,7 +143,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Shows the estimate all images up to a moment; without one the aircraft flies there at once.
-    fn images_until(&mut self, end_s: f64) -> Result<(), GeodesyError> {
+    fn images_until(&mut self, end_s: f64) -> Result<(), FilterError> {
         let (step_s, speed_mps) = (self.case.scenario.step_s(), self.case.scenario.aircraft.speed_mps);
         let Some(route) = &mut self.route else { return Ok(()) };
         let Some(track) = &mut self.track else {
@@ -161,7 +162,7 @@ impl<'a> Flight<'a> {
     }
 
     /// A search at this image, and what comes of it; whether the mission goes on.
-    fn absolute(&mut self) -> Result<bool, GeodesyError> {
+    fn absolute(&mut self) -> Result<bool, FilterError> {
         let scenario = self.case.scenario;
         let began_s = self.now_s;
         let pose = self.route.as_ref().map(Route::pose).transpose()?;
@@ -189,7 +190,7 @@ impl<'a> Flight<'a> {
     }
 
     /// What happens while a search runs.
-    fn fly_on(&mut self, next_s: f64) -> Result<(), GeodesyError> {
+    fn fly_on(&mut self, next_s: f64) -> Result<(), FilterError> {
         let until_s = next_s.min(self.case.plan.mission_s + self.case.scenario.step_s());
         if self.case.mode == Mode::Parallel {
             self.images_until(until_s)?;
@@ -201,7 +202,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Takes in what a search of an earlier image said.
-    fn take(&mut self, cause: Option<Cause>, pose: Option<Pose>, began_s: f64) -> Result<(), GeodesyError> {
+    fn take(&mut self, cause: Option<Cause>, pose: Option<Pose>, began_s: f64) -> Result<(), FilterError> {
         let (errors, failures) = (&self.case.scenario.errors, &self.case.scenario.failures);
         let is_false = cause.is_some() && self.rng.random::<f64>() < failures.false_share;
         self.tally.false_fixes += u64::from(is_false);

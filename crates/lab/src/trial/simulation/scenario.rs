@@ -35,7 +35,7 @@ pub struct Scenario {
     pub sequential: SequentialModel,
     /// A store to fly over; `None`: a map without edge, searched by equation 3.
     pub store: Option<StoreModel>,
-    /// What `navigate::Estimate` is tried with beside; `None`: it is not.
+    /// What `navigate::NavigationFilter` is tried with beside; `None`: it is not.
     pub covariance: Option<CovarianceModel>,
 }
 
@@ -169,7 +169,7 @@ pub struct StoreModel {
     pub beyond_m: f64,
 }
 
-/// What `navigate::Estimate` is tried with: the simulated aircraft's sensors. One standard deviation each.
+/// What `navigate::NavigationFilter` is tried with: the simulated aircraft's sensors. One standard deviation each.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CovarianceModel {

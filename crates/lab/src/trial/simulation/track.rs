@@ -1,27 +1,27 @@
-//! `Track`: `navigate::Estimate` on a simulated flight, and whether its covariance is true.
+//! `Track`: `navigate::NavigationFilter` on a simulated flight, and whether its covariance is true.
 //!
-//! The estimate, its steps and its corrections are the ones that navigate real flights; drawn are what sensors, relative registrations
-//! and fixes say.
+//! The filter and its updates are the ones that navigate real flights; sensor readings, odometry and fixes are drawn.
 
 use super::route::Pose;
 use super::scenario::{CovarianceModel, DrawnDrift, ErrorModel, Scenario};
 use super::tally::{CHECKPOINTS, TrackTally};
 use crate::trial::ellipse::nees;
 use nalgebra::Matrix2;
-use overfly_core::geodesy::{Enu, GeodesyError, LocalFrame};
-use overfly_flight::locate::{Fix, Point};
-use overfly_flight::navigate::{Estimate, Move, Sensed, SensorSigmas, Step};
+use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_flight::navigate::{
+    FilterError, FixMeasurement, Gate, NavigationFilter, OdometryStep, SensorReading, SensorSigmas, TimeUpdate,
+};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// An estimate and the truth beside it.
+/// A filter and the truth beside it.
 pub struct Track<'a> {
     model: &'a CovarianceModel,
     errors: &'a ErrorModel,
     sensors: SensorSigmas,
     rng: ChaCha8Rng,
-    estimate: Estimate,
+    filter: NavigationFilter,
     pose: Pose,
     /// What compass and altimeter are wrong by throughout.
     offsets: [f64; 2],
@@ -29,8 +29,8 @@ pub struct Track<'a> {
     map_error_m: [f64; 2],
     /// Of one relative registration, per axis: what is repeated since the last fix, metres.
     each_m: [f64; 2],
-    /// As estimated at the image whose search runs, and what was moved since.
-    running: Option<(Estimate, Vec<Move>)>,
+    /// The filter at the image whose search runs, and the time updates since.
+    pending: Option<(NavigationFilter, Vec<TimeUpdate>)>,
     mission_s: f64,
     sampled_s: f64,
     tally: TrackTally,
@@ -47,7 +47,7 @@ impl<'a> Track<'a> {
         pose: Pose,
         mission_s: f64,
         mut rng: ChaCha8Rng,
-    ) -> Result<Self, GeodesyError> {
+    ) -> Result<Self, FilterError> {
         let sensors = SensorSigmas {
             heading_offset_rad: model.heading_offset_deg.to_radians(),
             heading_noise_rad: model.heading_noise_deg.to_radians(),
@@ -56,10 +56,10 @@ impl<'a> Track<'a> {
         };
         let offsets = [sensors.heading_offset_rad * normal(&mut rng), sensors.height_offset_ratio * normal(&mut rng)];
         let map_error_m = [(); 2].map(|()| model.fix_sigma_m * model.fix_common_share.sqrt() * normal(&mut rng));
-        let sensed = sensed(model, &sensors, &pose, offsets, &mut rng);
+        let reading = reading(model, &sensors, &pose, offsets, &mut rng);
         let [east_m, north_m] = [(); 2].map(|()| model.start_sigma_m * normal(&mut rng));
         let at = LocalFrame::at(pose.position).geodetic_from_enu(Enu { east_m, north_m })?;
-        let estimate = Estimate::start(at, model.start_sigma_m * model.stated_ratio, sensed, &sensors);
+        let filter = NavigationFilter::new(at, model.start_sigma_m * model.stated_ratio, reading, &sensors);
         let sampled_s = mission_s * rng.random::<f64>();
         let errors = &scenario.errors;
         let each_m = repeated(errors, &mut rng);
@@ -69,12 +69,12 @@ impl<'a> Track<'a> {
             errors,
             sensors,
             rng,
-            estimate,
+            filter,
             pose,
             offsets,
             map_error_m,
             each_m,
-            running: None,
+            pending: None,
             mission_s,
             sampled_s,
             tally,
@@ -85,23 +85,23 @@ impl<'a> Track<'a> {
     ///
     /// # Errors
     /// As [`Track::start`].
-    pub fn step(&mut self, pose: Pose, time_s: f64) -> Result<(), GeodesyError> {
+    pub fn step(&mut self, pose: Pose, time_s: f64) -> Result<(), FilterError> {
         let (step, height_m) = (self.registered(&pose), self.model.height_m);
         let sigma = self.step_sigma_m() * self.model.stated_ratio / height_m;
-        let step = Step { covariance: Matrix2::identity() * sigma * sigma, ..step };
+        let step = OdometryStep { covariance: Matrix2::identity() * sigma * sigma, ..step };
         self.pose = pose;
-        let sensed = sensed(self.model, &self.sensors, &pose, self.offsets, &mut self.rng);
-        let moved = Move::Registered { step, sensed };
-        moved.apply(&mut self.estimate, &self.sensors)?;
-        if let Some((_, since)) = &mut self.running {
-            since.push(moved);
+        let reading = reading(self.model, &self.sensors, &pose, self.offsets, &mut self.rng);
+        let update = TimeUpdate::Odometry { step, reading };
+        update.apply(&mut self.filter, &self.sensors)?;
+        if let Some((_, since)) = &mut self.pending {
+            since.push(update);
         }
         self.look(time_s);
         Ok(())
     }
 
     /// What a relative registration says of the way from the last image to one.
-    fn registered(&mut self, pose: &Pose) -> Step {
+    fn registered(&mut self, pose: &Pose) -> OdometryStep {
         let moved = LocalFrame::at(self.pose.position).enu_from_geodetic(pose.position);
         let (sin, cos) = self.pose.heading_rad.sin_cos();
         let moved_m = [moved.east_m * cos - moved.north_m * sin, moved.east_m * sin + moved.north_m * cos];
@@ -110,7 +110,7 @@ impl<'a> Track<'a> {
             DrawnDrift::Independent => [(); 2].map(|()| self.step_sigma_m() * normal(&mut self.rng)),
         };
         let (turn_sigma_rad, climb_sigma) = (self.model.turn_noise_deg.to_radians(), self.model.climb_noise_ratio);
-        Step {
+        OdometryStep {
             per_height: [0, 1].map(|k| (moved_m[k] + error_m[k]) / self.model.height_m),
             covariance: Matrix2::zeros(),
             // True north turns under the aircraft; images do not see that.
@@ -132,55 +132,44 @@ impl<'a> Track<'a> {
 
     /// A search of the last image begins.
     pub fn begin(&mut self) {
-        self.running = Some((self.estimate.clone(), Vec::new()));
+        self.pending = Some((self.filter.clone(), Vec::new()));
     }
 
-    /// It has ended: a fix corrects the estimate of its own image, and what was moved since is moved again.
+    /// The search has ended: a fix updates the filter at its own image, and the time updates since are applied again.
     ///
     /// # Errors
     /// As [`Track::start`].
-    pub fn deliver(&mut self, image: &Pose, is_fix: bool) -> Result<(), GeodesyError> {
-        let Some((mut corrected, since)) = self.running.take().filter(|_| is_fix) else { return Ok(()) };
+    pub fn deliver(&mut self, image: &Pose, is_fix: bool) -> Result<(), FilterError> {
+        let Some((mut updated, since)) = self.pending.take().filter(|_| is_fix) else { return Ok(()) };
         let scale = self.model.fix_scale_ratio * normal(&mut self.rng);
-        let fix = self.fix(image)?;
-        corrected.correct(&fix, self.model.height_m.ln() + scale)?;
-        since.iter().try_for_each(|moved| moved.apply(&mut corrected, &self.sensors))?;
-        self.estimate = corrected;
+        let fix = self.fix(image, self.model.height_m.ln() + scale)?;
+        updated.update_fix(&fix, Gate::OPEN)?;
+        since.iter().try_for_each(|update| update.apply(&mut updated, &self.sensors))?;
+        self.filter = updated;
         self.each_m = repeated(self.errors, &mut self.rng);
         Ok(())
     }
 
-    fn fix(&mut self, image: &Pose) -> Result<Fix, GeodesyError> {
+    fn fix(&mut self, image: &Pose, log_height: f64) -> Result<FixMeasurement, FilterError> {
         let own_m = self.model.fix_sigma_m * (1.0 - self.model.fix_common_share).sqrt();
         let [east_m, north_m] = self.map_error_m.map(|map_m| map_m + own_m * normal(&mut self.rng));
         let at = LocalFrame::at(image.position).geodetic_from_enu(Enu { east_m, north_m })?;
         let variance_m2 = (self.model.fix_sigma_m * self.model.stated_ratio).powi(2);
-        let point = Point { latitude_deg: at.latitude_deg(), longitude_deg: at.longitude_deg() };
-        Ok(Fix {
-            latitude_deg: point.latitude_deg,
-            longitude_deg: point.longitude_deg,
-            heading_deg: image.heading_rad.to_degrees() + self.model.fix_heading_deg * normal(&mut self.rng),
-            heading_sigma_deg: self.model.fix_heading_deg * self.model.stated_ratio,
-            gsd_m_per_px: 1.0,
-            scale_sigma_ratio: self.model.fix_scale_ratio * self.model.stated_ratio,
+        let heading_deg = image.heading_rad.to_degrees() + self.model.fix_heading_deg * normal(&mut self.rng);
+        Ok(FixMeasurement {
+            position: Geodetic::from_degrees(at.latitude_deg(), at.longitude_deg())?,
             covariance_m2: [[variance_m2, 0.0], [0.0, variance_m2]],
-            score: 0.0,
-            false_fix_probability: 0.0,
-            log10_false_alarms: None,
-            image_centre: point,
-            inliers: 0,
-            tiles_searched: 0,
-            nominal_count: 0.0,
-            map_epoch: None,
-            time_s: None,
-            elapsed_ms: 0.0,
+            heading_rad: heading_deg.to_radians(),
+            heading_sigma_rad: (self.model.fix_heading_deg * self.model.stated_ratio).to_radians(),
+            log_height,
+            log_height_sigma: self.model.fix_scale_ratio * self.model.stated_ratio,
         })
     }
 
-    /// Holds the estimate against the truth.
+    /// Compares the filter with the truth.
     fn look(&mut self, time_s: f64) {
-        let off = LocalFrame::at(self.pose.position).enu_from_geodetic(self.estimate.position());
-        let nees = nees(off, self.estimate.position_covariance_m2());
+        let off = LocalFrame::at(self.pose.position).enu_from_geodetic(self.filter.position());
+        let nees = nees(off, self.filter.position_covariance_m2());
         let is_covered = TrackTally::holds(nees);
         self.tally.images += 1;
         self.tally.covered += u64::from(is_covered);
@@ -200,16 +189,16 @@ impl<'a> Track<'a> {
     }
 }
 
-/// What compass and altimeter say.
-fn sensed(
+/// The readings of compass and altimeter.
+fn reading(
     model: &CovarianceModel,
     sensors: &SensorSigmas,
     pose: &Pose,
     offsets: [f64; 2],
     rng: &mut ChaCha8Rng,
-) -> Sensed {
+) -> SensorReading {
     let [compass_rad, altimeter] = offsets;
-    Sensed {
+    SensorReading {
         heading_rad: pose.heading_rad + compass_rad + sensors.heading_noise_rad * normal(rng),
         height_m: model.height_m * (altimeter + sensors.height_noise_ratio * normal(rng)).exp(),
     }

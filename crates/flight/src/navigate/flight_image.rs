@@ -1,8 +1,8 @@
-//! `Image`: one image with what was sensed when it was taken, and the step from one to the next.
+//! `FlightImage`: one image with the sensors' readings, and the odometry step from one image to the next.
 //!
-//! Images are laid level before they are compared: no similarity holds between two that look aside differently.
+//! Images are rectified to a level view before they are registered: between two views of different tilt no similarity holds.
 
-use super::{Sensed, SensorSigmas, Step};
+use super::measurements::{OdometryStep, SensorReading, SensorSigmas};
 use nalgebra::Matrix2;
 use overfly_core::camera::{Camera, CameraError, Intrinsics, View};
 use overfly_core::pixels::Gray;
@@ -12,32 +12,33 @@ use std::sync::Arc;
 
 /// One image of a flight.
 #[derive(Debug, Clone)]
-pub struct Image {
-    /// Its pixels.
+pub struct FlightImage {
+    /// The pixels.
     pub gray: Arc<Gray>,
-    /// When it was taken, seconds.
+    /// When the image was taken, seconds.
     pub time_s: f64,
-    /// What compass and altimeter said.
-    pub sensed: Sensed,
-    /// The camera.
+    /// The readings of compass and altimeter.
+    pub reading: SensorReading,
+    /// The camera's intrinsics.
     pub intrinsics: Intrinsics,
-    /// Off nadir, radians, positive ahead.
+    /// Pitch off nadir, radians, positive ahead.
     pub pitch_rad: f64,
-    /// Off nadir, radians, positive left.
+    /// Roll off nadir, radians, positive left.
     pub roll_rad: f64,
 }
 
-/// A step is not told better than this, in parts of its length: ground is not flat.
-const STEP_SHARE: f64 = 0.003;
-/// How ground slopes under one image, one standard deviation per axis. Between two places a share of the height apart, a slope stretches
-/// the image by that share of itself, along the way only; a similarity takes half of it for turn (slope across the way) or for climb
-/// (slope along it). On the drawn flight, over hills, that is what turns err by: 0.2 degrees where brightness alone claims 0.01.
+/// Lower bound on one standard deviation of a displacement, as a share of its length: ground is not flat.
+const STEP_SIGMA_SHARE: f64 = 0.003;
+/// One standard deviation of the ground's slope under an image, per axis. Between two viewpoints that are a share of the height
+/// apart, a slope stretches the image by that share of itself, along the displacement only; a similarity takes half of this for
+/// turn (slope across the displacement) or for climb (slope along it). On the synthetic flight over hills, this explains the
+/// errors of turns: 0.2 degrees where brightness alone claims 0.01.
 const SLOPE_SIGMA: f64 = 0.025;
-/// A turn or climb that contradicts the sensors by more than so many of their standard deviations is no motion.
+/// The gate on turn and climb, in standard deviations of the sensors' readings.
 const GATE_SIGMAS: f64 = 5.0;
 
-impl Image {
-    /// How the camera looked from a height, metres.
+impl FlightImage {
+    /// The camera's view from a height, metres above ground.
     pub fn view(&self, height_agl_m: f64) -> View {
         View::Posed {
             intrinsics: self.intrinsics.clone(),
@@ -47,69 +48,69 @@ impl Image {
         }
     }
 
-    /// The camera at a height, metres.
+    /// The camera at a height, metres above ground.
     ///
     /// # Errors
-    /// Where camera, height or angles are none that a camera over the ground can have.
+    /// [`CameraError`] where intrinsics, height, pitch or roll are out of range.
     pub fn camera(&self, height_agl_m: f64) -> Result<Camera, CameraError> {
         let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Camera::new(&self.view(height_agl_m), size(self.gray.width_px()), size(self.gray.height_px()))
     }
 
-    /// The step from this image to a later one by relative registration; `None` where they cannot be registered, where one looks
-    /// too far aside, or where the motion contradicts the sensors.
+    /// The odometry step from this image to a later one by relative registration; `None` where the images cannot be registered,
+    /// where one is tilted too far off nadir, or where turn or climb fail the gate against the sensors' readings.
     ///
     /// # Errors
-    /// As [`Image::camera`].
-    pub fn step_to(&self, next: &Self, sigmas: &SensorSigmas) -> Result<Option<Step>, CameraError> {
-        let (Some(own), Some(others)) = (Level::of(self)?, Level::of(next)?) else { return Ok(None) };
+    /// As [`FlightImage::camera`].
+    pub fn step_to(&self, next: &Self, sigmas: &SensorSigmas) -> Result<Option<OdometryStep>, CameraError> {
+        let (Some(own), Some(others)) = (LevelView::new(self)?, LevelView::new(next)?) else { return Ok(None) };
         let MotionAnswer::Motion(motion) = register(&own.gray, &others.gray, &MotionPrior::default()) else {
             return Ok(None);
         };
-        Ok(Some(step(&motion, &own, &others)).filter(|step| self.agrees(next, step, sigmas)))
+        Ok(Some(step(&motion, &own, &others)).filter(|step| self.passes_gate(next, step, sigmas)))
     }
 
-    fn agrees(&self, next: &Self, step: &Step, sigmas: &SensorSigmas) -> bool {
-        let turned = next.sensed.heading_rad - self.sensed.heading_rad - step.turn_rad;
-        let climbed = (next.sensed.height_m / self.sensed.height_m).ln() - step.log_climb;
+    fn passes_gate(&self, next: &Self, step: &OdometryStep, sigmas: &SensorSigmas) -> bool {
+        let turned = next.reading.heading_rad - self.reading.heading_rad - step.turn_rad;
+        let climbed = (next.reading.height_m / self.reading.height_m).ln() - step.log_climb;
         let bound = |sigma: f64| GATE_SIGMAS * 2f64.sqrt() * sigma + 0.02;
         ((turned + PI).rem_euclid(TAU) - PI).abs() <= bound(sigmas.heading_noise_rad)
             && climbed.abs() <= bound(sigmas.height_noise_ratio)
     }
 }
 
-/// An image as a camera that looks straight down would have it.
-struct Level {
+/// An image rectified to the view of a camera that looks straight down.
+struct LevelView {
     gray: Gray,
-    /// Where the nadir lies, pixels from the corner; it may lie outside.
+    /// The nadir, pixels from the image's corner; may lie outside the image.
     nadir_px: [f64; 2],
-    /// Ground sample distance from a metre's height.
+    /// Ground sample distance at a height of one metre, metres per pixel.
     per_height: f64,
 }
 
-/// Relative registration compares no more than this edge (square root of the area); laying level more would gain nothing.
-const MOST_EDGE_PX: f64 = 720.0;
+/// Relative registration compares at most this edge (square root of the area), so a level view need not be larger.
+const MAX_EDGE_PX: f64 = 720.0;
 
-impl Level {
-    /// `None` where the camera sees the horizon or looks too far aside.
-    fn of(image: &Image) -> Result<Option<Self>, CameraError> {
+impl LevelView {
+    /// Rectifies an image; `None` where the camera sees the horizon or is tilted too far off nadir.
+    fn new(image: &FlightImage) -> Result<Option<Self>, CameraError> {
         let camera = match image.camera(1.0) {
             Err(CameraError::TooFarOffNadir { .. }) => return Ok(None),
             camera => camera?,
         };
         let edge_px = ((image.gray.width_px() * image.gray.height_px()) as f64).sqrt();
-        let factor = (edge_px / MOST_EDGE_PX).ceil() as usize;
+        let factor = (edge_px / MAX_EDGE_PX).ceil() as usize;
         let gray = if factor > 1 { image.gray.binned(factor) } else { Gray::clone(&image.gray) };
         let camera = camera.resized(gray.width_px(), gray.height_px());
         if image.pitch_rad != 0.0 || image.roll_rad != 0.0 || image.intrinsics.distortion != [0.0; 5] {
-            return Ok(Self::seen(&gray, &camera));
+            return Ok(Self::rectified(&gray, &camera));
         }
         let per_height = camera.gsd_m_per_px();
         Ok(camera.frame_from_level(0.0, 0.0).map(|nadir_px| Self { gray, nadir_px, per_height }))
     }
 
-    /// The largest upright rectangle within what the camera sees, at its own resolution straight below.
-    fn seen(gray: &Gray, camera: &Camera) -> Option<Self> {
+    /// The largest upright rectangle within the camera's footprint, at the resolution of the nadir.
+    fn rectified(gray: &Gray, camera: &Camera) -> Option<Self> {
         let [upper_left, upper_right, lower_right, lower_left] = camera.footprint_in_level()?;
         let (left, right) = (upper_left[0].max(lower_left[0]), upper_right[0].min(lower_right[0]));
         let (far, near) = (upper_left[1].min(upper_right[1]), lower_left[1].max(lower_right[1]));
@@ -130,8 +131,8 @@ impl Level {
     }
 }
 
-/// Of a motion between level images: where the later nadir lies from the earlier.
-fn step(motion: &Motion, own: &Level, others: &Level) -> Step {
+/// The odometry step of a motion between two level views: the offset of the later nadir from the earlier.
+fn step(motion: &Motion, own: &LevelView, others: &LevelView) -> OdometryStep {
     let [x, y] = others.nadir_px;
     let [row_x, row_y] = motion.a_from_b;
     let in_own = [row_x[0] * x + row_x[1] * y + row_x[2], row_y[0] * x + row_y[1] * y + row_y[2]];
@@ -141,16 +142,16 @@ fn step(motion: &Motion, own: &Level, others: &Level) -> Step {
     let [[xx, xy], [yx, yy]] = motion.covariance_px2;
     let length = per_height[0].hypot(per_height[1]);
     let registered = Matrix2::new(xx, -xy, -yx, yy) * gsd * gsd;
-    let covariance = registered + Matrix2::identity() * (STEP_SHARE * length).powi(2);
-    let by_slope = SLOPE_SIGMA * length / 2.0;
-    Step {
+    let covariance = registered + Matrix2::identity() * (STEP_SIGMA_SHARE * length).powi(2);
+    let slope_sigma = SLOPE_SIGMA * length / 2.0;
+    OdometryStep {
         per_height,
         covariance,
         turn_rad: motion.rotation_deg.to_radians(),
-        turn_sigma_rad: motion.rotation_sigma_deg.to_radians().hypot(by_slope),
-        // Both are of one metre's height: what a pixel of b covers, in pixels of a, is the ratio of the heights.
+        turn_sigma_rad: motion.rotation_sigma_deg.to_radians().hypot(slope_sigma),
+        // Both views are scaled to one metre of height: the size of b's pixels in a's pixels is the ratio of the heights.
         log_climb: (motion.scale * own.per_height / others.per_height).ln(),
-        climb_sigma: motion.scale_sigma_ratio.hypot(by_slope),
+        climb_sigma: motion.scale_sigma_ratio.hypot(slope_sigma),
     }
 }
 
@@ -158,20 +159,20 @@ fn step(motion: &Motion, own: &Level, others: &Level) -> Step {
 mod tests {
     use super::*;
 
-    fn image(heading_deg: f64, pitch_deg: f64) -> Image {
-        Image {
+    fn image(heading_deg: f64, pitch_deg: f64) -> FlightImage {
+        FlightImage {
             gray: Arc::new(Gray::filled(400, 300, 0.0)),
             time_s: 0.0,
-            sensed: Sensed { heading_rad: f64::to_radians(heading_deg), height_m: 500.0 },
+            reading: SensorReading { heading_rad: f64::to_radians(heading_deg), height_m: 500.0 },
             intrinsics: Intrinsics::centred(400, 300, 500.0),
             pitch_rad: f64::to_radians(pitch_deg),
             roll_rad: 0.0,
         }
     }
 
-    fn level(width: usize, height: usize) -> Level {
+    fn level(width: usize, height: usize) -> LevelView {
         let nadir_px = [width as f64 / 2.0, height as f64 / 2.0];
-        Level { gray: Gray::filled(width, height, 0.0), nadir_px, per_height: 0.002 }
+        LevelView { gray: Gray::filled(width, height, 0.0), nadir_px, per_height: 0.002 }
     }
 
     fn motion(dx: f64, dy: f64, rotation_deg: f64) -> Motion {
@@ -199,21 +200,21 @@ mod tests {
         assert!((found.per_height[0]).abs() < 1e-12 && (found.per_height[1] - 0.2).abs() < 1e-12);
     }
 
-    /// Ground as brightness, seen through a tilted camera half a kilometre above.
-    fn tilted(pitch_deg: f64, roll_deg: f64) -> Image {
+    /// A pattern on the ground seen by a tilted camera.
+    fn tilted(pitch_deg: f64, roll_deg: f64) -> FlightImage {
         let blank = image(0.0, pitch_deg);
-        let blank = Image { roll_rad: f64::to_radians(roll_deg), ..blank };
+        let blank = FlightImage { roll_rad: f64::to_radians(roll_deg), ..blank };
         let camera = blank.camera(1.0).unwrap();
         let bright = |i: usize| {
             let [right, ahead] = camera.level_from_frame([(i % 400) as f64 + 0.5, (i / 400) as f64 + 0.5]).unwrap();
             (128.0 + 60.0 * ((31.0 * right).sin() + (23.0 * ahead + 9.0 * right).cos())) as f32
         };
         let gray = Gray::from_values(400, 300, (0..120_000).map(bright).collect()).unwrap();
-        Image { gray: Arc::new(gray), ..blank }
+        FlightImage { gray: Arc::new(gray), ..blank }
     }
 
     #[test]
-    fn an_image_that_looks_aside_is_no_link_and_no_error() {
+    fn an_image_tilted_too_far_gives_no_step_and_no_error() {
         let sigmas = SensorSigmas {
             heading_offset_rad: 0.05,
             heading_noise_rad: 0.02,
@@ -224,18 +225,18 @@ mod tests {
     }
 
     #[test]
-    fn tilt_is_taken_out() {
-        let straight = Level::of(&tilted(0.0, 0.0)).unwrap().unwrap();
-        let aside = Level::of(&tilted(2.0, -3.0)).unwrap().unwrap();
+    fn a_level_view_has_no_tilt() {
+        let nadir = LevelView::new(&tilted(0.0, 0.0)).unwrap().unwrap();
+        let oblique = LevelView::new(&tilted(2.0, -3.0)).unwrap().unwrap();
         // The same ground at the same distance from the nadir.
         for (dx, dy) in [(0.0, 0.0), (100.0, 60.0), (-90.0, -80.0)] {
-            let at = |l: &Level| l.gray.sample(l.nadir_px[0] + dx, l.nadir_px[1] + dy);
-            assert!((at(&straight) - at(&aside)).abs() < 1.0, "{dx} {dy}: {} {}", at(&straight), at(&aside));
+            let at = |l: &LevelView| l.gray.sample(l.nadir_px[0] + dx, l.nadir_px[1] + dy);
+            assert!((at(&nadir) - at(&oblique)).abs() < 1.0, "{dx} {dy}: {} {}", at(&nadir), at(&oblique));
         }
     }
 
     #[test]
-    fn a_turn_that_the_compass_denies_is_no_motion() {
+    fn a_turn_that_contradicts_the_compass_fails_the_gate() {
         let sigmas = SensorSigmas {
             heading_offset_rad: 0.05,
             heading_noise_rad: 0.02,
@@ -243,8 +244,8 @@ mod tests {
             height_noise_ratio: 0.01,
         };
         let turned = step(&motion(0.0, -50.0, 30.0), &level(400, 300), &level(400, 300));
-        assert!(image(10.0, 0.0).agrees(&image(41.0, 0.0), &turned, &sigmas));
-        assert!(image(350.0, 0.0).agrees(&image(19.0, 0.0), &turned, &sigmas));
-        assert!(!image(10.0, 0.0).agrees(&image(20.0, 0.0), &turned, &sigmas));
+        assert!(image(10.0, 0.0).passes_gate(&image(41.0, 0.0), &turned, &sigmas));
+        assert!(image(350.0, 0.0).passes_gate(&image(19.0, 0.0), &turned, &sigmas));
+        assert!(!image(10.0, 0.0).passes_gate(&image(20.0, 0.0), &turned, &sigmas));
     }
 }

@@ -1,0 +1,341 @@
+//! `NavigationFilter`: the extended Kalman filter (EKF) that couples visual odometry, compass, altimeter and fixes.
+//!
+//! State vector: position (east, north), heading, logarithm of the height, compass offset, altimeter offset.
+//!
+//! - Predict: [`NavigationFilter::predict_odometry`], [`NavigationFilter::predict_dead_reckoning`].
+//! - Update: [`NavigationFilter::update_sensors`], [`NavigationFilter::update_fix`].
+//!
+//! Dead reckoning errs through heading and scale more than through single steps, and these errors are common to all steps.
+//! So both offsets are states, and the covariance grows as the errors do.
+
+use super::error::FilterError;
+use super::measurements::{FixMeasurement, OdometryStep, SensorReading, SensorSigmas};
+use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen};
+use overfly_core::geodesy::{Enu, GeodesyError, Geodetic, LocalFrame};
+use std::f64::consts::{PI, TAU};
+
+type State = SVector<f64, 6>;
+type StateCovariance = SMatrix<f64, 6, 6>;
+
+/// Indices into the state vector. East and north are offsets from `origin`, metres, and zero between steps; the offsets are
+/// the sensor's reading minus the true value.
+const EAST: usize = 0;
+const NORTH: usize = 1;
+const HEADING: usize = 2;
+const LOG_HEIGHT: usize = 3;
+const COMPASS: usize = 4;
+const ALTIMETER: usize = 5;
+
+/// No fix is trusted with heading and scale better than this: map and camera model err too.
+const LEAST_TURN_SIGMA_RAD: f64 = 0.002;
+const LEAST_SCALE_SIGMA: f64 = 0.002;
+
+/// The bound on the normalised innovation squared (NIS) up to which a measurement is accepted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// Largest accepted NIS: a quantile of chi-square with as many degrees of freedom as are gated.
+    pub max_nis: f64,
+}
+
+impl Gate {
+    /// The quantile of chi-square with two degrees of freedom that a true innovation exceeds once in a million.
+    pub const ONE_IN_A_MILLION: Self = Self { max_nis: 27.6 };
+    /// Accepts every measurement.
+    pub const OPEN: Self = Self { max_nis: f64::INFINITY };
+}
+
+/// The outcome of a measurement update: innovation, its covariance, and whether it passed the gate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// Measured minus predicted, in the measurement's own units.
+    pub innovation: [f64; 2],
+    /// Innovation covariance, H P H^T + R.
+    pub covariance: [[f64; 2]; 2],
+    /// Normalised innovation squared: chi-square of two degrees of freedom where state and measurement are consistent.
+    pub nis: f64,
+    /// Whether the NIS is within the gate. A rejected measurement leaves the filter unchanged.
+    pub is_accepted: bool,
+}
+
+/// An extended Kalman filter over position, heading, height and the offsets of compass and altimeter.
+///
+/// # Example
+/// ```
+/// use nalgebra::Matrix2;
+/// use overfly_core::geodesy::{Geodetic, LocalFrame};
+/// use overfly_flight::navigate::{NavigationFilter, OdometryStep, SensorReading, SensorSigmas};
+///
+/// let sigmas = SensorSigmas {
+///     heading_offset_rad: 0.05,
+///     heading_noise_rad: 0.05,
+///     height_offset_ratio: 0.03,
+///     height_noise_ratio: 0.03,
+/// };
+/// let start = Geodetic::from_degrees(47.0, 8.0).unwrap();
+/// let reading = SensorReading { heading_rad: 0.0, height_m: 500.0 };
+/// let mut filter = NavigationFilter::new(start, 10.0, reading, &sigmas);
+///
+/// // Heading north at 500 m, 0.2 m ahead per metre of height: 100 m north.
+/// let step = OdometryStep {
+///     per_height: [0.0, 0.2],
+///     covariance: Matrix2::identity() * 1e-6,
+///     turn_rad: 0.0,
+///     turn_sigma_rad: 1e-3,
+///     log_climb: 0.0,
+///     climb_sigma: 1e-3,
+/// };
+/// filter.predict_odometry(&step).unwrap();
+/// let residual = filter.update_sensors(reading, &sigmas).unwrap();
+/// assert!(residual.is_accepted && residual.nis < 1e-9);
+/// let moved = LocalFrame::at(start).enu_from_geodetic(filter.position());
+/// assert!((moved.north_m - 100.0).abs() < 1e-3 && moved.east_m.abs() < 1e-3);
+/// ```
+///
+/// # References
+/// Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and Navigation* (2001): EKF, section 10.3; NIS,
+/// section 5.4; Joseph form, equation 5.2.3-18.
+#[derive(Debug, Clone)]
+pub struct NavigationFilter {
+    origin: Geodetic,
+    state: State,
+    covariance: StateCovariance,
+}
+
+impl NavigationFilter {
+    /// Returns the filter at the start of a flight: a position with its standard deviation per axis, and the first reading.
+    pub fn new(position: Geodetic, sigma_m: f64, reading: SensorReading, sigmas: &SensorSigmas) -> Self {
+        let mut state = State::zeros();
+        state[HEADING] = reading.heading_rad;
+        state[LOG_HEIGHT] = reading.height_m.ln();
+        let mut covariance = StateCovariance::zeros();
+        covariance[(EAST, EAST)] = sigma_m.powi(2);
+        covariance[(NORTH, NORTH)] = sigma_m.powi(2);
+        covariance[(COMPASS, COMPASS)] = sigmas.heading_offset_rad.powi(2);
+        covariance[(ALTIMETER, ALTIMETER)] = sigmas.height_offset_ratio.powi(2);
+        let mut filter = Self { origin: position, state, covariance };
+        filter.reset_attitude(reading, sigmas);
+        filter
+    }
+
+    /// The point straight below the camera.
+    pub fn position(&self) -> Geodetic {
+        self.origin
+    }
+
+    /// Covariance of the position, m^2: [[ee, en], [en, nn]].
+    pub fn position_covariance_m2(&self) -> [[f64; 2]; 2] {
+        let p = &self.covariance;
+        [[p[(EAST, EAST)], p[(EAST, NORTH)]], [p[(NORTH, EAST)], p[(NORTH, NORTH)]]]
+    }
+
+    /// Heading, radians clockwise from true north in [0, 2 pi).
+    pub fn heading_rad(&self) -> f64 {
+        self.state[HEADING].rem_euclid(TAU)
+    }
+
+    /// One standard deviation of the heading, radians.
+    pub fn heading_sigma_rad(&self) -> f64 {
+        self.covariance[(HEADING, HEADING)].max(0.0).sqrt()
+    }
+
+    /// Height above ground, metres.
+    pub fn height_m(&self) -> f64 {
+        self.state[LOG_HEIGHT].exp()
+    }
+
+    /// One standard deviation of the height, as a ratio of the height.
+    pub fn height_sigma_ratio(&self) -> f64 {
+        self.covariance[(LOG_HEIGHT, LOG_HEIGHT)].max(0.0).sqrt()
+    }
+
+    /// Compass offset: reading minus true heading, radians clockwise.
+    pub fn compass_offset_rad(&self) -> f64 {
+        self.state[COMPASS]
+    }
+
+    /// True height over the altimeter's reading.
+    pub fn height_scale(&self) -> f64 {
+        (-self.state[ALTIMETER]).exp()
+    }
+
+    /// One standard deviation of [`NavigationFilter::height_scale`], as a ratio.
+    pub fn height_scale_sigma_ratio(&self) -> f64 {
+        self.covariance[(ALTIMETER, ALTIMETER)].max(0.0).sqrt()
+    }
+
+    /// Predicts the state at the next image from a visual odometry step.
+    ///
+    /// # Errors
+    /// [`FilterError::Position`] where the step leaves the local frame, thousands of kilometres away.
+    pub fn predict_odometry(&mut self, step: &OdometryStep) -> Result<(), FilterError> {
+        let (sin, cos) = self.state[HEADING].sin_cos();
+        let height = self.height_m();
+        let [right, ahead] = step.per_height.map(|v| v * height);
+        let (east, north) = (right * cos + ahead * sin, ahead * cos - right * sin);
+        let mut jacobian = StateCovariance::identity();
+        // Turning clockwise takes east to south: d(east) = north d(heading), d(north) = -east d(heading).
+        jacobian[(EAST, HEADING)] = north;
+        jacobian[(NORTH, HEADING)] = -east;
+        jacobian[(EAST, LOG_HEIGHT)] = east;
+        jacobian[(NORTH, LOG_HEIGHT)] = north;
+        let turn = Matrix2::new(cos, sin, -sin, cos) * height;
+        let added = turn * step.covariance * turn.transpose();
+        let mut noise = StateCovariance::zeros();
+        noise.fixed_view_mut::<2, 2>(0, 0).copy_from(&added);
+        noise[(HEADING, HEADING)] = step.turn_sigma_rad.powi(2);
+        noise[(LOG_HEIGHT, LOG_HEIGHT)] = step.climb_sigma.powi(2);
+        self.covariance = jacobian * self.covariance * jacobian.transpose() + noise;
+        self.state[HEADING] += step.turn_rad;
+        self.state[LOG_HEIGHT] += step.log_climb;
+        Ok(self.move_origin(east, north)?)
+    }
+
+    /// Predicts the state at the next image from a displacement by the last known velocity, for want of odometry. Heading and
+    /// height are reset to the sensors' readings minus their estimated offsets.
+    ///
+    /// # Errors
+    /// As [`NavigationFilter::predict_odometry`].
+    pub fn predict_dead_reckoning(
+        &mut self,
+        displacement: Enu,
+        sigma_m: f64,
+        reading: SensorReading,
+        sigmas: &SensorSigmas,
+    ) -> Result<(), FilterError> {
+        self.covariance[(EAST, EAST)] += sigma_m.powi(2);
+        self.covariance[(NORTH, NORTH)] += sigma_m.powi(2);
+        self.reset_attitude(reading, sigmas);
+        Ok(self.move_origin(displacement.east_m, displacement.north_m)?)
+    }
+
+    /// Sets heading and height to the readings minus the estimated offsets.
+    fn reset_attitude(&mut self, reading: SensorReading, sigmas: &SensorSigmas) {
+        self.state[HEADING] = reading.heading_rad - self.state[COMPASS];
+        self.state[LOG_HEIGHT] = reading.height_m.ln() - self.state[ALTIMETER];
+        let mut jacobian = StateCovariance::identity();
+        for (own, offset) in [(HEADING, COMPASS), (LOG_HEIGHT, ALTIMETER)] {
+            jacobian[(own, own)] = 0.0;
+            jacobian[(own, offset)] = -1.0;
+        }
+        self.covariance = jacobian * self.covariance * jacobian.transpose();
+        self.covariance[(HEADING, HEADING)] += sigmas.heading_noise_rad.powi(2);
+        self.covariance[(LOG_HEIGHT, LOG_HEIGHT)] += sigmas.height_noise_ratio.powi(2);
+    }
+
+    /// Updates the state with a reading of compass and altimeter, without a gate. The position is corrected too, as far as
+    /// it was reckoned by a heading and a height that turn out to be wrong. The residual's components are heading (radians)
+    /// and logarithm of the height.
+    ///
+    /// # Errors
+    /// [`FilterError::SingularInnovation`] where state and sensors are stated to be exact; else as
+    /// [`NavigationFilter::predict_odometry`].
+    pub fn update_sensors(&mut self, reading: SensorReading, sigmas: &SensorSigmas) -> Result<Residual, FilterError> {
+        const SINGULAR: FilterError = FilterError::SingularInnovation { measurement: "sensor reading" };
+        let mut h = SMatrix::<f64, 2, 6>::zeros();
+        h[(0, HEADING)] = 1.0;
+        h[(0, COMPASS)] = 1.0;
+        h[(1, LOG_HEIGHT)] = 1.0;
+        h[(1, ALTIMETER)] = 1.0;
+        let turn = reading.heading_rad - self.state[HEADING] - self.state[COMPASS];
+        let innovation = SVector::<f64, 2>::new(
+            (turn + PI).rem_euclid(TAU) - PI,
+            reading.height_m.ln() - self.state[LOG_HEIGHT] - self.state[ALTIMETER],
+        );
+        let noise = Matrix2::new(sigmas.heading_noise_rad.powi(2), 0.0, 0.0, sigmas.height_noise_ratio.powi(2));
+        let covariance = h * self.covariance * h.transpose() + noise;
+        let residual = residual(innovation, covariance, Gate::OPEN).ok_or(SINGULAR)?;
+        self.update(&h, &innovation, &noise).ok_or(SINGULAR)?;
+        let (east, north) = (self.state[EAST], self.state[NORTH]);
+        self.move_origin(east, north)?;
+        Ok(residual)
+    }
+
+    /// The position innovation (east, north, metres) of a fix that was made of this very image, and whether it passes the gate.
+    ///
+    /// # Errors
+    /// [`FilterError::SingularInnovation`].
+    pub fn fix_residual(&self, fix: &FixMeasurement, gate: Gate) -> Result<Residual, FilterError> {
+        let off = LocalFrame::at(self.origin).enu_from_geodetic(fix.position);
+        let [[ee, en], [ne, nn]] = self.position_covariance_m2();
+        let [[fee, fen], [fne, fnn]] = fix.covariance_m2;
+        let covariance = Matrix2::new(ee + fee, en + fen, ne + fne, nn + fnn);
+        let innovation = SVector::<f64, 2>::new(off.east_m, off.north_m);
+        residual(innovation, covariance, gate).ok_or(FilterError::SingularInnovation { measurement: "fix" })
+    }
+
+    /// Updates the state with a fix that was made of this very image, where its position passes the gate. Errors of the map
+    /// are common to all fixes, so the position is never claimed to be better than the fix.
+    ///
+    /// # Errors
+    /// [`FilterError::SingularInnovation`]; else as [`NavigationFilter::predict_odometry`].
+    pub fn update_fix(&mut self, fix: &FixMeasurement, gate: Gate) -> Result<Residual, FilterError> {
+        let residual = self.fix_residual(fix, gate)?;
+        if !residual.is_accepted {
+            return Ok(residual);
+        }
+        let turn = fix.heading_rad - self.state[HEADING];
+        let [east_m, north_m] = residual.innovation;
+        let innovation = SVector::<f64, 4>::new(
+            east_m,
+            north_m,
+            (turn + PI).rem_euclid(TAU) - PI,
+            fix.log_height - self.state[LOG_HEIGHT],
+        );
+        let h = SMatrix::<f64, 4, 6>::identity();
+        let mut noise = SMatrix::<f64, 4, 4>::zeros();
+        let [[ee, en], [ne, nn]] = fix.covariance_m2;
+        let fix_covariance = Matrix2::new(ee, en, ne, nn);
+        noise.fixed_view_mut::<2, 2>(0, 0).copy_from(&fix_covariance);
+        noise[(2, 2)] = fix.heading_sigma_rad.max(LEAST_TURN_SIGMA_RAD).powi(2);
+        noise[(3, 3)] = fix.log_height_sigma.max(LEAST_SCALE_SIGMA).powi(2);
+        self.update(&h, &innovation, &noise).ok_or(FilterError::SingularInnovation { measurement: "fix" })?;
+        let lacking = positive_part(fix_covariance - self.covariance.fixed_view::<2, 2>(0, 0));
+        let raised = self.covariance.fixed_view::<2, 2>(0, 0) + lacking;
+        self.covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&raised);
+        let (east, north) = (self.state[EAST], self.state[NORTH]);
+        self.move_origin(east, north)?;
+        Ok(residual)
+    }
+
+    /// The measurement update, its covariance in Joseph form; `None` where the innovation covariance is singular.
+    fn update<const M: usize>(
+        &mut self,
+        h: &SMatrix<f64, M, 6>,
+        innovation: &SVector<f64, M>,
+        noise: &SMatrix<f64, M, M>,
+    ) -> Option<()> {
+        let innovation_covariance = h * self.covariance * h.transpose() + noise;
+        let inverse = innovation_covariance.try_inverse()?;
+        let gain = self.covariance * h.transpose() * inverse;
+        self.state += gain * innovation;
+        // The Joseph form stays symmetric and positive.
+        let kept = StateCovariance::identity() - gain * h;
+        self.covariance = kept * self.covariance * kept.transpose() + gain * noise * gain.transpose();
+        Some(())
+    }
+
+    /// Makes the point at an offset the new origin.
+    fn move_origin(&mut self, east_m: f64, north_m: f64) -> Result<(), GeodesyError> {
+        self.origin = LocalFrame::at(self.origin).geodetic_from_enu(Enu { east_m, north_m })?;
+        self.state[EAST] = 0.0;
+        self.state[NORTH] = 0.0;
+        Ok(())
+    }
+}
+
+/// The residual of an innovation; `None` where its covariance is singular.
+fn residual(innovation: SVector<f64, 2>, covariance: Matrix2<f64>, gate: Gate) -> Option<Residual> {
+    let nis = (innovation.transpose() * covariance.try_inverse()? * innovation)[0];
+    let rows = [0, 1].map(|i| [covariance[(i, 0)], covariance[(i, 1)]]);
+    Some(Residual { innovation: innovation.into(), covariance: rows, nis, is_accepted: nis <= gate.max_nis })
+}
+
+/// The part of a symmetric matrix that belongs to positive eigenvalues.
+fn positive_part(m: Matrix2<f64>) -> Matrix2<f64> {
+    let eigen = SymmetricEigen::new((m + m.transpose()) / 2.0);
+    let kept = Matrix2::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0)));
+    eigen.eigenvectors * kept * eigen.eigenvectors.transpose()
+}
+
+#[cfg(test)]
+mod tests;
