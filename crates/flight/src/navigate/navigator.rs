@@ -307,8 +307,7 @@ impl<'a> Navigator<'a> {
         }
         if fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS) {
             let (reading, sensors) = (pending.image.reading, &self.options.sensors);
-            let mut alternative =
-                NavigationFilter::new(measurement.position, ALTERNATIVE_SIGMA_M, reading, sensors);
+            let mut alternative = NavigationFilter::new(measurement.position, ALTERNATIVE_SIGMA_M, reading, sensors);
             alternative.update_fix(&measurement, Gate::OPEN)?;
             self.apply_updates(&mut alternative, pending)?;
             self.alternative = Some(alternative);
@@ -316,11 +315,7 @@ impl<'a> Navigator<'a> {
         Ok(())
     }
 
-    fn apply_updates(
-        &self,
-        filter: &mut NavigationFilter,
-        pending: &PendingRegistration,
-    ) -> Result<(), NavigateError> {
+    fn apply_updates(&self, filter: &mut NavigationFilter, pending: &PendingRegistration) -> Result<(), NavigateError> {
         pending.updates.iter().try_for_each(|update| update.apply(filter, &self.options.sensors))?;
         Ok(())
     }

@@ -45,11 +45,16 @@ impl SearchWidening {
         let heading_sigma = widening * at.heading_sigma_rad().hypot(MIN_HEADING_SIGMA_RAD);
         FixRequest {
             layer: layer.to_owned(),
-            position: if self.failures >= WHOLE_LAYER_FAILURES { PositionPrior::WholeLayer } else { around(at, widening) },
+            position: if self.failures >= WHOLE_LAYER_FAILURES {
+                PositionPrior::WholeLayer
+            } else {
+                around(at, widening)
+            },
             heading: (3.0 * heading_sigma < PI)
                 .then(|| HeadingPrior { heading_rad: at.heading_rad(), sigma_rad: heading_sigma }),
             view: image.view(at.height_m()),
-            scale_sigma_ratio: (widening * at.height_sigma_ratio()).clamp(MIN_HEIGHT_SIGMA_RATIO, MAX_HEIGHT_SIGMA_RATIO),
+            scale_sigma_ratio: (widening * at.height_sigma_ratio())
+                .clamp(MIN_HEIGHT_SIGMA_RATIO, MAX_HEIGHT_SIGMA_RATIO),
             time_s: Some(image.time_s),
         }
     }

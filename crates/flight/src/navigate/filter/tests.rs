@@ -115,7 +115,10 @@ fn a_fix_sets_the_position_and_estimates_the_compass_offset() {
     let before = filter.clone();
     let residual = filter.update_fix(&fix(far, 0.95, 790f64.ln()), Gate::ONE_IN_A_MILLION).unwrap();
     assert!(!residual.is_accepted && residual.nis > 1e4, "{residual:?}");
-    assert_eq!((filter.position(), filter.state, filter.covariance), (before.position(), before.state, before.covariance));
+    assert_eq!(
+        (filter.position(), filter.state, filter.covariance),
+        (before.position(), before.state, before.covariance)
+    );
 }
 
 #[test]
@@ -133,7 +136,10 @@ fn a_singular_innovation_is_an_error_and_changes_nothing() {
     assert_eq!(filter.update_sensors(reading, &exact), Err(singular("sensor reading")));
     let exact_fix = FixMeasurement { covariance_m2: [[0.0; 2]; 2], ..fix(place(), 1.0, 800f64.ln()) };
     assert_eq!(filter.update_fix(&exact_fix, Gate::OPEN), Err(singular("fix")));
-    assert_eq!((filter.position(), filter.state, filter.covariance), (before.position(), before.state, before.covariance));
+    assert_eq!(
+        (filter.position(), filter.state, filter.covariance),
+        (before.position(), before.state, before.covariance)
+    );
 }
 
 #[test]
@@ -141,14 +147,17 @@ fn later_compass_readings_correct_the_displacement_reckoned_by_the_first() {
     let sigmas = SensorSigmas { heading_offset_rad: 1e-6, ..SIGMAS };
     let reading = |heading_rad| SensorReading { heading_rad, height_m: 800.0 };
     let mut filter = NavigationFilter::new(place(), 1.0, reading(1.03), &sigmas);
-    let ahead =
-        OdometryStep { per_height: [0.0, 0.2], covariance: Matrix2::identity() * 1e-9, turn_sigma_rad: 1e-6, ..step(0.0) };
+    let ahead = OdometryStep {
+        per_height: [0.0, 0.2],
+        covariance: Matrix2::identity() * 1e-9,
+        turn_sigma_rad: 1e-6,
+        ..step(0.0)
+    };
     for _ in 0..20 {
         filter.predict_odometry(&ahead).unwrap();
     }
     let (sin, cos) = 1f64.sin_cos();
-    let truth =
-        LocalFrame::at(place()).geodetic_from_enu(Enu { east_m: 3200.0 * sin, north_m: 3200.0 * cos }).unwrap();
+    let truth = LocalFrame::at(place()).geodetic_from_enu(Enu { east_m: 3200.0 * sin, north_m: 3200.0 * cos }).unwrap();
     let off_m = |filter: &NavigationFilter| LocalFrame::at(truth).enu_from_geodetic(filter.position()).length_m();
     assert!((off_m(&filter) - 96.0).abs() < 1.0);
     for _ in 0..50 {

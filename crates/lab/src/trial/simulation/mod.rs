@@ -148,7 +148,7 @@ fn flown(case: &Case, progress: &(impl Fn() + Sync)) -> Result<Flown, TrialError
         .map(|run| {
             let tally = Flight::fly(case, run).map_err(|cause| TrialError::Navigate {
                 image: format!("{}, {}, flight {run}", case.name, case.mode.word()),
-                cause: NavigateError::Position(cause),
+                cause: NavigateError::Filter(cause),
             });
             progress();
             tally
