@@ -1,7 +1,8 @@
 //! `overfly build`: orthophotos into a store.
 
+use super::ingest_remedy::explain_rejected;
 use super::{Exit, Failure, Output, number};
-use overfly_ingest::build::{self, BuildError, Estimate, Progress, Rejected, Request, Summary};
+use overfly_ingest::build::{self, BuildError, BuildEstimate, BuildSummary, Progress, Rejected, Request};
 use overfly_store::remove_layer;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -75,7 +76,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     let request = request(args);
     if args.dry_run {
-        let estimate = build::dry_run(&request).map_err(fail)?;
+        let mut estimate = build::dry_run(&request).map_err(fail)?;
+        explain_rejected(&mut estimate.rejected);
         name_rejected(output, &estimate.rejected);
         name_undated(output, estimate.undated_sources, estimate.sources);
         output.say(&estimate, || describe_estimate(&estimate));
@@ -89,7 +91,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let outcome = build::run(&request, &mut progress);
     bar.finish_and_clear();
-    let summary = outcome.map_err(fail)?;
+    let mut summary = outcome.map_err(fail)?;
+    explain_rejected(&mut summary.rejected);
     name_rejected(output, &summary.rejected);
     name_undated(output, summary.undated_sources, summary.sources);
     output.say(&summary, || describe(&summary));
@@ -113,7 +116,10 @@ fn request(args: &Args) -> Request {
     }
 }
 
-fn fail(error: BuildError) -> Failure {
+fn fail(mut error: BuildError) -> Failure {
+    if let BuildError::NothingUsable { rejected } = &mut error {
+        explain_rejected(rejected);
+    }
     let code = error.code();
     if error.is_unusable_input() { Failure::unusable(code, error) } else { Failure::failed(code, error) }
 }
@@ -153,8 +159,8 @@ fn sources_text(sources: usize) -> String {
     if sources == 1 { "1 source".into() } else { format!("{sources} sources") }
 }
 
-fn describe(summary: &Summary) -> String {
-    let Summary { layer, sources, tiles, computed_tiles, kept_tiles, removed_tiles, .. } = summary;
+fn describe(summary: &BuildSummary) -> String {
+    let BuildSummary { layer, sources, tiles, computed_tiles, kept_tiles, removed_tiles, .. } = summary;
     let sources = sources_text(*sources);
     let rate = match summary.source_megapixels / summary.elapsed_s.max(1e-3) {
         rate if *computed_tiles > 0 && rate > 0.0 => format!(" ({rate:.1} source megapixels/s)"),
@@ -173,8 +179,8 @@ fn describe(summary: &Summary) -> String {
     )
 }
 
-fn describe_estimate(estimate: &Estimate) -> String {
-    let Estimate { layer, sources, base_tiles, overview_tiles, kept_tiles, removed_tiles, .. } = estimate;
+fn describe_estimate(estimate: &BuildEstimate) -> String {
+    let BuildEstimate { layer, sources, base_tiles, overview_tiles, kept_tiles, removed_tiles, .. } = estimate;
     let sources = sources_text(*sources);
     format!(
         "layer {layer} of {sources} at zoom {} to {}\n\

@@ -3,6 +3,7 @@
 mod flown;
 
 use super::evaluate::{default_right_m, fix_text};
+use super::ingest_remedy::explain_rejected;
 use super::{Exit, Failure, Output, default_threads};
 use anyhow::{Context, anyhow};
 use overfly_flight::frame::read_colour_frame;
@@ -120,7 +121,7 @@ pub fn project_tiles(given: Option<&Path>) -> Result<PathBuf, Failure> {
 }
 
 /// Builds a store of the map in a tiles/ folder.
-pub fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> Result<build::Summary, Failure> {
+pub fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> Result<build::BuildSummary, Failure> {
     let request = build::Request {
         db: db.to_owned(),
         layer: LAYER.into(),
@@ -137,7 +138,8 @@ pub fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> 
         ControlFlow::Continue(())
     });
     bar.finish_and_clear();
-    let summary = summary.map_err(|e| Failure::failed(e.code(), e))?;
+    let mut summary = summary.map_err(|e| Failure::failed(e.code(), e))?;
+    explain_rejected(&mut summary.rejected);
     match summary.rejected.first() {
         Some(rejected) => Err(Failure::failed("rejected_source", anyhow!("{}", serde_json::json!(rejected)))),
         None => Ok(summary),
@@ -209,7 +211,7 @@ fn page_of(
     Ok(report.to_html())
 }
 
-fn facts(store: &Reader, layer: &Layer, built: &build::Summary) -> Vec<(String, String)> {
+fn facts(store: &Reader, layer: &Layer, built: &build::BuildSummary) -> Vec<(String, String)> {
     let fact = |name: &str, value: String| (name.to_owned(), value);
     vec![
         fact("command", "overfly demo".into()),

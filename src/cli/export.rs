@@ -4,7 +4,9 @@ use super::number::positive;
 use super::{Exit, Failure, Output};
 use overfly_core::coupling::Calibration;
 use overfly_core::tile::gsd_at;
-use overfly_ingest::export::{Coverage, Drift, ExportRequest, Exported, Part, Preview, export, preview};
+use overfly_ingest::export::{
+    CorridorCoverage, CorridorDrift, ExportRequest, Exported, ExportedLevel, Preview, export, preview,
+};
 use overfly_ingest::plan::{read_aircraft, read_calibration, read_routes};
 use overfly_store::Reader;
 use overfly_store::package::{Date, SecretKey, parse_date};
@@ -105,7 +107,7 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
             let parameters = aircraft
                 .parameters(&known, map_gsd_m_per_px(store))
                 .map_err(overfly_ingest::export::ExportError::from)?;
-            Some(Drift(parameters))
+            Some(CorridorDrift(parameters))
         }
         None => None,
     };
@@ -130,13 +132,13 @@ fn map_gsd_m_per_px(store: &Reader) -> Option<f64> {
     Some(gsd_at(middle, layer.base_zoom).mean_m_per_px())
 }
 
-fn steps(coverage: &[Coverage], output: &Output) {
+fn steps(coverage: &[CorridorCoverage], output: &Output) {
     if output.is_json() {
         coverage.iter().flat_map(|c| &c.steps).for_each(|step| output.say(step, String::new));
     }
 }
 
-fn table(parts: &[Part]) -> String {
+fn table(parts: &[ExportedLevel]) -> String {
     let mut text = String::from("layer                 level    tiles        imagery    descriptors          cells\n");
     for part in parts {
         let b = part.bytes;
@@ -149,8 +151,8 @@ fn table(parts: &[Part]) -> String {
     text
 }
 
-fn coverage_text(coverage: &[Coverage]) -> String {
-    let line = |c: &Coverage| {
+fn coverage_text(coverage: &[CorridorCoverage]) -> String {
+    let line = |c: &CorridorCoverage| {
         format!(
             "layer {}: the map shows {:.1} % of the corridor, {:.1} % where it shows least; less than half in {:.1} % of the way",
             c.layer,

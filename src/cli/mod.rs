@@ -18,6 +18,7 @@ mod export;
 mod fix;
 mod fly;
 mod info;
+mod ingest_remedy;
 mod keygen;
 mod merge;
 mod motion;

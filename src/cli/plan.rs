@@ -89,7 +89,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         (Some(store), Some(layer)) => map_gsd_m_per_px(store, layer)?,
         _ => None,
     };
-    let forecast = Forecast::of(&aircraft, &calibration, map_gsd)?;
+    let forecast = Forecast::new(&aircraft, &calibration, map_gsd)?;
     let changed = sensitivity(forecast.parameters)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;
     let thresholds = Thresholds {
@@ -100,7 +100,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let along = match (&store, layer, &route) {
         (Some(store), Some(layer), Some(route)) => {
             let bar = output.progress((route.length_m() / forecast.parameters.along_m) as u64 + 1, "images");
-            let along = RouteForecast::of(route, &forecast, store, layer, thresholds, || bar.inc(1));
+            let along = RouteForecast::new(route, &forecast, store, layer, thresholds, || bar.inc(1));
             bar.finish_and_clear();
             Some(along?)
         }

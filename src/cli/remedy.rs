@@ -6,8 +6,9 @@ use overfly_store::package::PackageError;
 use overfly_store::{StoreError, StoreRemedy};
 
 /// Returns what helps against an error, if anything is known to.
-pub fn remedy(error: &anyhow::Error) -> Option<&'static str> {
-    error.chain().find_map(store_remedy).map(spell)
+pub fn remedy(error: &anyhow::Error) -> Option<String> {
+    let from_store = error.chain().find_map(store_remedy).map(|remedy| spell(remedy).to_owned());
+    from_store.or_else(|| error.chain().find_map(super::ingest_remedy::remedy))
 }
 
 /// The remedy of an error of the store, which other errors may hold.

@@ -3,6 +3,7 @@
 use super::error::ServerError;
 use super::exports::{ExportParameters, ExportProgress};
 use axum::http::StatusCode;
+use overfly_ingest::Remedy;
 use overfly_ingest::export::ExportError;
 use overfly_ingest::export::{ExportRequest, Exported, export};
 use overfly_store::{Reader, StoreError};
@@ -147,7 +148,7 @@ impl Refusal {
 
     /// In words without the server's own paths, which are no caller's business.
     fn of(error: &ExportError, paths: [&Path; 2]) -> Self {
-        let text = error.to_string();
+        let text = with_remedy(error);
         let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));
         let status = if error.is_unusable_input() {
             StatusCode::UNPROCESSABLE_ENTITY
@@ -159,6 +160,16 @@ impl Refusal {
         }
         Self { status, code: error.code(), detail: named.unwrap_or(&text).to_owned() }
     }
+}
+
+/// The error's message with its remedy, as a caller of the service can follow it.
+fn with_remedy(error: &ExportError) -> String {
+    let remedy = match error.remedy() {
+        Some(Remedy::CheckRoute) => "check that it is the right route, and that its positions are longitude first",
+        Some(Remedy::ReduceExport) => "narrow the corridor, shorten the route, or name fewer layers",
+        _ => return error.to_string(),
+    };
+    format!("{error}; {remedy}")
 }
 
 /// The same for the same request of the same store.

@@ -1,7 +1,7 @@
 //! A build makes a layer that is a function of its set of sources, whatever the order, the threads and the history.
 
 use overfly_core::tile::MercatorBounds;
-use overfly_ingest::build::{self, BuildError, Request, Summary};
+use overfly_ingest::build::{self, BuildError, BuildSummary, Request};
 use overfly_store::{Reader, verify};
 use overfly_testkit::drawn::{CRS, orthophoto};
 use std::ops::ControlFlow;
@@ -20,11 +20,11 @@ fn request(db: &Path, sources: &[&PathBuf]) -> Request {
     }
 }
 
-fn run(request: &Request) -> Result<Summary, BuildError> {
+fn run(request: &Request) -> Result<BuildSummary, BuildError> {
     build::run(request, &mut |_| ControlFlow::Continue(()))
 }
 
-fn build(db: &Path, sources: &[&PathBuf]) -> Summary {
+fn build(db: &Path, sources: &[&PathBuf]) -> BuildSummary {
     run(&request(db, sources)).unwrap()
 }
 

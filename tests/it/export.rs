@@ -283,7 +283,7 @@ fn no_search_of_an_aircraft_that_drifts_along_the_route_reaches_beyond() {
     )
     .unwrap();
     let parameters = aircraft.parameters(&overfly_core::coupling::Calibration::PROJECT, None).unwrap();
-    let drift = overfly_ingest::export::Drift(parameters);
+    let drift = overfly_ingest::export::CorridorDrift(parameters);
     let routes = route([15.6010, 48.4961], [15.6080, 48.4965]);
     let points = routes[0].every(25.0).unwrap();
     let folder = tempfile::tempdir().unwrap();

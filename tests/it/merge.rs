@@ -19,7 +19,7 @@ fn request(db: &Path, layer: &str, source: &str, date: Option<&str>) -> Request 
     }
 }
 
-fn build(request: &Request) -> build::Summary {
+fn build(request: &Request) -> build::BuildSummary {
     build::run(request, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 

@@ -23,7 +23,7 @@ fn maybe(value: Option<f64>) -> String {
 pub fn text(summary: &Summary) -> String {
     let f = summary.forecast;
     let mut text = [image_text(f), sequential_text(f), parallel_text(f), combined_text(f)].join("\n");
-    let mode = f.advice.mode.map_or("none", |m| m.name());
+    let mode = f.advice.mode.map_or("none", |m| m.word());
     text.push_str(&format!("\nuse        {mode}: {}\n\n", f.advice.why));
     text.push_str(&sensitivity_text(summary.sensitivity));
     summary.route.inspect(|route| text.push_str(&route_text(route)));

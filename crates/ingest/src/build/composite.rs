@@ -1,32 +1,33 @@
-//! A base tile from the sources that meet it: the first covers, the next fill what is missing.
+//! Composing a base tile from the sources that meet it: the first source covers, the next ones fill its invalid pixels.
 
-use super::pool::Pool;
 use super::recipe::KEYPOINTS_PER_TILE;
+use super::source_pool::SourcePool;
 use crate::raster::RasterError;
 use overfly_core::feature::keypoint;
 use overfly_core::pixels::MaskedColour;
 use overfly_core::tile::TileId;
 use overfly_store::{Source, StoreError, TileContent};
 
-/// Why a tile could not be made.
+/// Why a tile cannot be made.
 #[derive(Debug)]
 pub enum TileFailure {
-    /// A source could not be read through.
+    /// A source cannot be read.
     Source {
-        /// Its index.
+        /// The source's index.
         index: usize,
-        /// What is wrong with it.
+        /// Why.
         error: RasterError,
     },
-    /// The tile could not be encoded, or one below it not decoded.
+    /// The tile cannot be encoded, or a tile below it cannot be decoded.
     Store(StoreError),
 }
 
-/// The tile's content, `None` where no source has a valid pixel in it.
+/// Returns the content of a tile; `None` where no source has a valid pixel in it. `indices` are the sources that meet the
+/// tile, in covering order.
 ///
 /// # Errors
-/// Where a source cannot be read, or the tile not encoded.
-pub fn compose(tile: TileId, indices: &[usize], pool: &Pool) -> Result<Option<TileContent>, TileFailure> {
+/// Where a source cannot be read, or the tile cannot be encoded.
+pub fn compose(tile: TileId, indices: &[usize], pool: &SourcePool) -> Result<Option<TileContent>, TileFailure> {
     let mut seen: Vec<&Source> = Vec::new();
     let mut pixels: Option<MaskedColour> = None;
     for &index in indices {
@@ -49,7 +50,7 @@ pub fn compose(tile: TileId, indices: &[usize], pool: &Pool) -> Result<Option<Ti
     TileContent::encode(tile, &pixels, &seen, Some(&keypoints)).map(Some).map_err(TileFailure::Store)
 }
 
-/// Fills what is missing above from below; whether anything was filled.
+/// Fills the invalid pixels of `above` from `below`; true where any pixel was filled.
 pub fn fill(above: &mut MaskedColour, below: &MaskedColour) -> bool {
     let width = above.mask.width_px();
     let mut filled = false;
@@ -70,7 +71,7 @@ mod tests {
     use overfly_core::pixels::{Colour, Mask};
 
     #[test]
-    fn fills_only_what_is_missing() {
+    fn fills_invalid_pixels_only() {
         let flat = |value: u8| MaskedColour {
             colour: Colour::from_values(2, 1, vec![value; 6]).unwrap(),
             mask: Mask::filled(2, 1, true),

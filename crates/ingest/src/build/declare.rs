@@ -1,28 +1,30 @@
-//! From a file to a declared `Source`: opened, hashed, described.
+//! Declaring a source: a file is opened, hashed and described.
 
+use super::error::{MAX_TILES, Rejected};
 use super::outline::Outline;
-use super::{MAX_TILES, Rejected, Request};
+use super::request::Request;
 use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash};
+use crate::remedy::Remedy;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::tile::zoom_for_gsd;
 use overfly_store::Source;
 use std::path::Path;
 
-/// A source as declared, and its size.
+/// A given source and its size.
 #[derive(Debug, Clone)]
-pub struct Given {
-    /// What the store shall say of it.
+pub struct DeclaredSource {
+    /// The source as the store declares it.
     pub source: Source,
-    /// Its pixels.
+    /// The number of its pixels.
     pub pixels: u64,
 }
 
-/// Opens and hashes a file, and looks whether it holds any valid pixel.
+/// Opens, hashes and describes a file, and checks that it has a valid pixel.
 ///
 /// # Errors
-/// What is wrong with it.
-pub fn declare(path: &Path, request: &Request) -> Result<Given, Rejected> {
-    let reject = |error: RasterError| Rejected::raster(path, &error);
+/// [`Rejected`] with what is wrong with the file.
+pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejected> {
+    let reject = |error: RasterError| Rejected::from((path, &error));
     let photo = Orthophoto::open(path, &open_options(request.crs, request.stretch)).map_err(reject)?;
     let description = photo.description();
     let source = Source {
@@ -40,16 +42,17 @@ pub fn declare(path: &Path, request: &Request) -> Result<Given, Rejected> {
             path: path.into(),
             code: "nothing_valid",
             message: format!(
-                "{}: no pixel is valid: all is masked, transparent or nodata, or the whole image is smaller than a pixel of zoom {}; check its mask, nodata value and pixel size with gdalinfo",
+                "{}: no pixel is valid: all is masked, transparent or nodata, or the whole image is smaller than a pixel of zoom {}",
                 path.display(),
                 natural_zoom(&source)
             ),
+            remedy: Some(Remedy::CheckValidPixels),
         });
     }
-    Ok(Given { source, pixels: description.width_px.saturating_mul(description.height_px) })
+    Ok(DeclaredSource { source, pixels: description.width_px.saturating_mul(description.height_px) })
 }
 
-/// Looks at tiles from the middle outwards until one holds a valid pixel: the first, usually.
+/// Whether the source has a valid pixel. Tiles are warped from the middle outwards until one has; usually the first does.
 fn has_valid_pixel(photo: &Orthophoto, source: &Source) -> Result<bool, Rejected> {
     let path = &photo.description().path;
     let zoom = natural_zoom(source);
@@ -57,34 +60,36 @@ fn has_valid_pixel(photo: &Orthophoto, source: &Source) -> Result<bool, Rejected
         path: path.clone(),
         code: "beyond_the_matrix",
         message: format!("{}: {e}", path.display()),
+        remedy: None,
     })?;
     if outline.extent_tiles() > f64::from(MAX_TILES) {
         return Err(Rejected {
             path: path.clone(),
             code: "too_many_tiles",
-            message: format!("{}: it spans more than {MAX_TILES} tiles; check its georeference", path.display()),
+            message: format!("{}: it spans more than {MAX_TILES} tiles", path.display()),
+            remedy: Some(Remedy::CheckGeoreference),
         });
     }
     let mut tiles = outline.tiles();
     let middle = tiles.get(tiles.len() / 2).copied();
     tiles.sort_by_key(|t| middle.map_or(0, |m| t.column().abs_diff(m.column()) + t.row().abs_diff(m.row())));
     for tile in tiles {
-        if photo.warp(tile).map_err(|e| Rejected::raster(path, &e))?.is_some() {
+        if photo.warp(tile).map_err(|e| Rejected::from((path.as_path(), &e)))?.is_some() {
             return Ok(true);
         }
     }
     Ok(false)
 }
 
-/// The zoom that keeps a source's resolution.
+/// Returns the zoom that keeps a source's resolution.
 pub fn natural_zoom(source: &Source) -> u8 {
     let count = source.outline_deg.len().max(1) as f64;
     let latitude_deg = source.outline_deg.iter().map(|p| p[1]).sum::<f64>() / count;
-    let centre = Geodetic::from_degrees(latitude_deg, 0.0).expect("a mean of latitudes is one");
+    let centre = Geodetic::from_degrees(latitude_deg, 0.0).expect("a mean of latitudes is a latitude");
     zoom_for_gsd(centre, source.gsd_m_per_px)
 }
 
-/// How a declared source is opened.
+/// Returns the options with which a declared source is opened.
 pub fn open_options(crs: Option<u32>, stretch: Option<(f64, f64)>) -> OpenOptions {
     OpenOptions { crs, stretch, ..OpenOptions::default() }
 }

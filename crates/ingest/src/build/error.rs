@@ -1,26 +1,29 @@
 //! `BuildError`: why a build cannot go on; `Rejected`: one source that was left out.
 
 use crate::raster::RasterError;
+use crate::remedy::Remedy;
 use overfly_core::tile::MAX_ZOOM;
 use overfly_store::StoreError;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A source that was left out of a build, and why.
+/// A source that a build left out, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rejected {
     /// The file or folder.
     pub path: PathBuf,
     /// A stable code word.
     pub code: &'static str,
-    /// What is wrong with it, and the remedy.
+    /// What is wrong with it.
     pub message: String,
+    /// What the user can do, where that is known.
+    #[serde(skip)]
+    pub remedy: Option<Remedy>,
 }
 
-impl Rejected {
-    /// From what reading it said.
-    pub fn raster(path: &Path, error: &RasterError) -> Self {
-        Self { path: path.into(), code: error.code(), message: error.to_string() }
+impl From<(&Path, &RasterError)> for Rejected {
+    fn from((path, error): (&Path, &RasterError)) -> Self {
+        Self { path: path.into(), code: error.code(), message: error.to_string(), remedy: error.remedy() }
     }
 }
 
@@ -30,18 +33,18 @@ pub enum BuildError {
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Nothing was given and nothing is under way.
-    #[error("no source given and no unfinished build to go on with; name files or folders of orthophotos")]
+    /// No source was given, and no build of the layer is unfinished.
+    #[error("no source given, and no unfinished build to resume")]
     NoSources,
     /// Every source was left out.
     #[error("no usable source:{}", list(rejected))]
     NothingUsable {
-        /// Each with its reason.
+        /// Each source with its reason.
         rejected: Vec<Rejected>,
     },
     /// The sources hold no valid pixel.
     #[error(
-        "no source gives a valid pixel at zoom {zoom}: all is masked, transparent or nodata, or so small that it fills no pixel there (then give a finer --zoom): {paths}"
+        "no source gives a valid pixel at zoom {zoom}: all is masked, transparent or nodata, or smaller than one pixel there: {paths}"
     )]
     NothingValid {
         /// Their paths.
@@ -49,68 +52,65 @@ pub enum BuildError {
         /// The base zoom.
         zoom: u8,
     },
-    /// A source that is needed again is not there as it was.
-    #[error(
-        "{path}: a source of layer {layer} that overlaps what changes {how}; put it back, or take it out with --remove-source {path}, or build the layer from other sources with --replace-layer",
-        path = path.display()
-    )]
+    /// A source that a changed tile needs again is missing or altered.
+    #[error("{path}: a source of layer {layer} that overlaps the changed tiles {how}", path = path.display())]
     SourceGone {
-        /// Where it was.
+        /// Where the source was.
         path: PathBuf,
         /// The layer.
         layer: String,
-        /// What became of it.
+        /// What happened to the source.
         how: String,
     },
-    /// A source to remove that the layer does not have.
-    #[error("layer {layer} has no source {name:?}; `overfly info --json` lists its sources")]
+    /// The layer has no such source to remove.
+    #[error("layer {layer} has no source {name:?}")]
     NoSuchSource {
         /// The layer.
         layer: String,
         /// Path or hash as given.
         name: String,
     },
-    /// Removing it would leave a layer of nothing.
-    #[error("that would leave layer {layer} without a source; take it out whole with --remove-layer")]
+    /// Removing the source would leave the layer without any.
+    #[error("that would leave layer {layer} without a source")]
     LastSource {
         /// The layer.
         layer: String,
     },
     /// Not a date.
-    #[error("{date:?} is not a date: use YYYY-MM-DD or YYYY-MM-DDTHH:MM:SSZ")]
+    #[error("{date:?} is not a date in the form YYYY-MM-DD or YYYY-MM-DDTHH:MM:SSZ")]
     Date {
-        /// As given.
+        /// The text given.
         date: String,
     },
-    /// Not a number that makes sense there.
-    #[error("{name} = {value}: {expected}")]
+    /// A parameter out of its range.
+    #[error("{name} = {value}: expected {expected}")]
     Parameter {
-        /// As the command line spells it.
+        /// The parameter's name, as the request's field.
         name: &'static str,
-        /// As given.
+        /// The value given.
         value: f64,
-        /// What is accepted.
+        /// The values that are accepted.
         expected: &'static str,
     },
-    /// A source that would need an absurd number of tiles.
+    /// A source that needs more tiles than [`MAX_TILES`].
     #[error(
-        "{path}: it spans {tiles:.0} tiles at zoom {zoom}, more than {MAX_TILES}; check its georeference (finest zoom is {MAX_ZOOM}), give --zoom, or build it into a layer of its own",
+        "{path}: it spans {tiles:.0} tiles at zoom {zoom}, more than {MAX_TILES} (the finest zoom is {MAX_ZOOM})",
         path = path.display()
     )]
     TooManyTiles {
         /// The source.
         path: PathBuf,
-        /// How many.
+        /// How many tiles.
         tiles: f64,
         /// At which zoom.
         zoom: u8,
     },
-    /// The caller asked to stop.
-    #[error("stopped; run the same build again, it goes on where it stopped")]
+    /// The caller stopped the build.
+    #[error("stopped before the build was complete")]
     Cancelled,
 }
 
-/// The most tiles of a base level in one source's extent: a million million pixels, and some 250 bytes of plan each.
+/// The most tiles of a base level in one source's extent: 10^12 pixels, and some 250 bytes of plan for each tile.
 pub const MAX_TILES: u32 = 4_000_000;
 
 impl BuildError {
@@ -131,7 +131,21 @@ impl BuildError {
         }
     }
 
-    /// Whether the input is at fault, and not the work: exit code 2.
+    /// What the user can do, where that is known. Errors of the store have remedies of their own.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::Store(_) | Self::NothingUsable { .. } | Self::Date { .. } | Self::Parameter { .. } => None,
+            Self::NoSources => Some(Remedy::NameSources),
+            Self::NothingValid { .. } => Some(Remedy::FinerZoom),
+            Self::SourceGone { path, .. } => Some(Remedy::RestoreSource { path: path.clone() }),
+            Self::NoSuchSource { .. } => Some(Remedy::ListSources),
+            Self::LastSource { .. } => Some(Remedy::RemoveLayer),
+            Self::TooManyTiles { .. } => Some(Remedy::FewerTiles),
+            Self::Cancelled => Some(Remedy::ResumeBuild),
+        }
+    }
+
+    /// Whether the input is at fault rather than the work on it.
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Store(error) => error.is_unusable_input(),
@@ -141,14 +155,13 @@ impl BuildError {
     }
 }
 
+/// Rejected sources that a message names one by one.
+const NAMED: usize = 20;
+
 fn list(rejected: &[Rejected]) -> String {
-    let mut text = String::new();
-    for one in rejected.iter().take(20) {
-        text.push_str("\n  ");
-        text.push_str(&one.message);
-    }
-    if rejected.len() > 20 {
-        text.push_str(&format!("\n  and {} more", rejected.len() - 20));
+    let mut text: String = rejected.iter().take(NAMED).map(|one| format!("\n  {}", one.message)).collect();
+    if rejected.len() > NAMED {
+        text.push_str(&format!("\n  and {} more", rejected.len() - NAMED));
     }
     text
 }

@@ -1,13 +1,13 @@
-//! `Outline`: a source's edge in the plane of the tile matrix, and the tiles it meets.
+//! `Outline`: a source's edge in the plane of the tile matrix, and the tiles that it meets.
 
 use overfly_core::geodesy::{GeodesyError, Geodetic};
 use overfly_core::tile::{TILE_SIZE_PX, TileId, WorldPixel};
 
-/// An edge between two points of the outline is straight here and may be curved in truth: tiles are widened by this.
+/// Tiles are widened by this margin: edges of the outline are straight here and may be curved in truth.
 const MARGIN_PX: f64 = 4.0;
 
-/// A closed polygon in tile units of one zoom: x counts columns, y rows. x runs past the world's edge where the source
-/// crosses the antimeridian.
+/// A closed polygon in tile units of one zoom: x counts columns, y rows. x exceeds the world's edge where the source crosses
+/// the antimeridian.
 #[derive(Debug, Clone)]
 pub struct Outline {
     zoom: u8,
@@ -15,10 +15,10 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// From longitude and latitude in degrees, not closed.
+    /// Makes an outline from points of longitude and latitude in degrees, not closed.
     ///
     /// # Errors
-    /// Where a point lies beyond 85.05 degrees.
+    /// [`GeodesyError`] where a point lies beyond 85.05 degrees of latitude.
     pub fn new(outline_deg: &[[f64; 2]], zoom: u8) -> Result<Self, GeodesyError> {
         let size = f64::from(1u32 << zoom);
         let mut points: Vec<[f64; 2]> = Vec::with_capacity(outline_deg.len());
@@ -26,7 +26,7 @@ impl Outline {
             let pixel = WorldPixel::of(Geodetic::from_degrees(*latitude_deg, *longitude_deg)?, zoom)?;
             let (mut x, y) = (pixel.x_px / f64::from(TILE_SIZE_PX), pixel.y_px / f64::from(TILE_SIZE_PX));
             if let Some(previous) = points.last() {
-                // The nearest of the worlds side by side: neighbours are less than half a world apart.
+                // Unwrapped: neighbouring points are less than half a world apart.
                 x += ((previous[0] - x) / size).round() * size;
             }
             points.push([x, y]);
@@ -34,13 +34,13 @@ impl Outline {
         Ok(Self { zoom, points })
     }
 
-    /// How many tiles its extent spans: a bound on [`Outline::tiles`].
+    /// Returns the number of tiles in the outline's extent, an upper bound of [`Outline::tiles`].
     pub fn extent_tiles(&self) -> f64 {
         let [min, max] = self.extent();
         (max[0].floor() - min[0].floor() + 1.0) * (max[1].floor() - min[1].floor() + 1.0)
     }
 
-    /// Every tile it meets, widened by a few pixels.
+    /// Returns every tile that the outline meets, each tile widened by a few pixels.
     pub fn tiles(&self) -> Vec<TileId> {
         let [min, max] = self.extent();
         let size = 1i64 << self.zoom;
@@ -69,7 +69,7 @@ impl Outline {
         ]
     }
 
-    /// Whether it meets the unit square whose upper-left corner is given, widened.
+    /// Whether the outline meets the widened unit square with the given upper-left corner.
     fn meets(&self, corner: [f64; 2]) -> bool {
         let margin = MARGIN_PX / f64::from(TILE_SIZE_PX);
         let low = [corner[0] - margin, corner[1] - margin];
@@ -78,13 +78,13 @@ impl Outline {
         if edges().any(|(a, b)| segment_meets_box(*a, *b, low, high)) {
             return true;
         }
-        // No edge crosses the square: it lies wholly inside or wholly outside.
+        // No edge crosses the square, so the square lies wholly inside or wholly outside.
         let centre = [corner[0] + 0.5, corner[1] + 0.5];
         edges().filter(|(a, b)| crosses_ray(**a, **b, centre)).count() % 2 == 1
     }
 }
 
-/// Liang and Barsky's clipping: whether any of the segment remains.
+/// Whether a segment meets a box, by the clipping algorithm of Liang and Barsky.
 fn segment_meets_box(a: [f64; 2], b: [f64; 2], low: [f64; 2], high: [f64; 2]) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for axis in 0..2 {
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn meets_the_tiles_it_crosses_encloses_or_lies_in() {
+    fn meets_tiles_that_it_crosses_encloses_or_lies_in() {
         assert_eq!(names(&outline(&[[3.2, 3.2], [3.8, 3.2], [3.5, 3.8]])), [(3, 3)]);
         assert_eq!(outline(&[[3.5, 3.5], [7.5, 3.5], [7.5, 7.5], [3.5, 7.5]]).tiles().len(), 25);
         let diamond = outline(&[[10.5, 5.2], [15.8, 10.5], [10.5, 15.8], [5.2, 10.5]]);

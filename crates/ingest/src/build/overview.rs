@@ -1,17 +1,18 @@
-//! An overview tile from the four below it: each pixel the mean of the valid ones of two by two.
+//! Making an overview tile from the four tiles below it: each pixel is the mean of the valid ones of two by two.
 
 use super::composite::TileFailure;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::{TILE_SIZE_PX, TileId};
 use overfly_store::{Child, EncodedTile, StoreError, TileContent, cells_blob, content_hash, decode, encode};
 
-/// Valid pixels of four that make a valid one: half.
+/// The least number of valid pixels, of four, that make a valid pixel: half.
 const ENOUGH: u32 = 2;
 
-/// The overview's content, `None` where nothing below is valid. Children as `TileId::children` orders them.
+/// Returns the content of an overview; `None` where no pixel below is valid. Children are in the order of
+/// `TileId::children`.
 ///
 /// # Errors
-/// Where a child cannot be decoded or the tile not encoded.
+/// Where a child cannot be decoded, or the tile cannot be encoded.
 pub fn shrink(tile: TileId, children: &[Option<Child>; 4]) -> Result<Option<TileContent>, TileFailure> {
     let size = TILE_SIZE_PX as usize;
     let mut pixels = MaskedColour { colour: Colour::black(size, size), mask: Mask::filled(size, size, false) };
@@ -41,7 +42,7 @@ pub fn shrink(tile: TileId, children: &[Option<Child>; 4]) -> Result<Option<Tile
     }))
 }
 
-/// Writes `from` at half its size with its upper-left corner at `corner`.
+/// Writes `from` at half its size into `into`, with its upper-left corner at `corner`.
 fn halve_into(into: &mut MaskedColour, from: &MaskedColour, corner: (usize, usize)) {
     let (width, height) = (from.mask.width_px() / 2, from.mask.height_px() / 2);
     for y in 0..height {
@@ -64,7 +65,7 @@ fn halve_into(into: &mut MaskedColour, from: &MaskedColour, corner: (usize, usiz
     }
 }
 
-/// The words of several lists, each once, in the order of first mention.
+/// Returns the words of several lists, each once, in the order of their first occurrence.
 fn union<'a>(lists: impl Iterator<Item = &'a str>) -> String {
     let mut words: Vec<&str> = Vec::new();
     for word in lists.flat_map(|list| list.split(' ')) {

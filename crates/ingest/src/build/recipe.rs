@@ -1,15 +1,16 @@
-//! What decides a tile's content, as a hash: sources, their dates and stretch, and this program's way of making tiles.
+//! The hash of a tile's inputs: everything that determines its content.
 
 use blake3::Hasher;
 use overfly_core::feature::keypoint::CONTRACT;
 use overfly_store::{JPEG_QUALITY, Source, hash_source};
 
-/// Most keypoints described in a tile.
+/// The most keypoints described in a tile.
 pub const KEYPOINTS_PER_TILE: usize = 500;
-/// Changes with anything that changes a tile's pixels and is not hashed otherwise (warping, compositing, encoding, cells).
+/// The version of the code that makes tiles. It must change with any change of a tile's content that no other input hashes
+/// (warping, compositing, encoding, cells).
 const VERSION: u32 = 2;
 
-/// The hash of what decides a base tile: the sources that meet it, in covering order.
+/// Returns the hash of a base tile's inputs: the sources that meet it, in covering order.
 pub fn base_inputs<'a>(sources: impl Iterator<Item = &'a Source>) -> [u8; 32] {
     let mut hasher = Hasher::new_derive_key("overfly base tile inputs 1");
     hasher.update(&VERSION.to_le_bytes());
@@ -23,7 +24,7 @@ pub fn base_inputs<'a>(sources: impl Iterator<Item = &'a Source>) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-/// The hash of what decides an overview: its four children's hashes, where there are such children.
+/// Returns the hash of an overview's inputs: the hashes of its children, where there are such children.
 pub fn overview_inputs(children: [Option<[u8; 32]>; 4]) -> [u8; 32] {
     let mut hasher = Hasher::new_derive_key("overfly overview inputs 1");
     hasher.update(&VERSION.to_le_bytes());

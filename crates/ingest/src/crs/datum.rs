@@ -1,6 +1,7 @@
-//! Datums: how far a CRS's ellipsoid and frame lie from WGS84, and how well that is known.
+//! Datums: the shift of a CRS's ellipsoid and frame to WGS84, and its accuracy.
 
-use super::{CrsError, epsg};
+use super::error::CrsError;
+use crate::remedy::Remedy;
 
 /// An ellipsoid of revolution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,50 +15,42 @@ pub struct Ellipsoid {
 impl Ellipsoid {
     /// WGS 84 (EPSG:7030).
     pub const WGS84: Self = Self { semi_major_m: 6_378_137.0, inverse_flattening: 298.257_223_563 };
-    /// GRS 1980 (EPSG:7019); 0.1 mm from WGS 84.
+    /// GRS 1980 (EPSG:7019); it differs from WGS 84 by 0.1 mm.
     pub const GRS80: Self = Self { semi_major_m: 6_378_137.0, inverse_flattening: 298.257_222_101 };
 
-    /// Whether it is WGS84's or GRS80's, within 1 mm at the poles.
+    /// Whether this is the ellipsoid of WGS84 or GRS80, within 1 mm at the poles.
     pub fn is_geocentric_modern(self) -> bool {
         (self.semi_major_m - 6_378_137.0).abs() < 1e-3 && (self.inverse_flattening - 298.257_223).abs() < 1e-5
     }
 }
 
-/// How coordinates on a datum become WGS84.
+/// How coordinates on a datum are transformed to WGS84.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DatumShift {
-    /// Taken as WGS84 as it is.
+    /// Coordinates are taken as WGS84 unchanged.
     Null {
-        /// One standard deviation per axis of doing so, metres.
+        /// The standard deviation per axis that this adds, metres.
         error_m: f64,
     },
     /// Three or seven Helmert parameters (position vector): metres, arc seconds, parts per million.
     Helmert {
-        /// dx, dy, dz, rx, ry, rz, scale; the last four 0 where only three are known.
+        /// dx, dy, dz, rx, ry, rz, scale; the last four are 0 where only three are known.
         to_wgs84: [f64; 7],
-        /// One standard deviation per axis of the shift, metres.
+        /// The standard deviation per axis of the shift, metres.
         error_m: f64,
     },
-    /// Nothing is known.
+    /// The shift is not known.
     Unknown,
 }
 
 impl DatumShift {
-    /// The ellipsoid and shift of a geographic CRS by its EPSG code.
-    ///
-    /// # Errors
-    /// [`CrsError`] where the code is not known, or its system is refused.
-    pub fn of_geographic(code: u32) -> Result<(Ellipsoid, Self), CrsError> {
-        epsg::datum_of(code)
-    }
-
-    /// What may be said of a datum of which only the ellipsoid is known.
-    pub fn of_ellipsoid(ellipsoid: Ellipsoid) -> Self {
+    /// Returns the shift of a datum of which only the ellipsoid is known.
+    pub fn from_ellipsoid(ellipsoid: Ellipsoid) -> Self {
         if ellipsoid.is_geocentric_modern() { Self::Null { error_m: OTHER_MODERN_ERROR_M } } else { Self::Unknown }
     }
 
-    /// A shift that a file states itself: dx, dy, dz in metres, rx, ry, rz in arc seconds, scale in parts per million.
-    pub fn stated(to_wgs84: [f64; 7]) -> Self {
+    /// Returns the shift that a file states: dx, dy, dz in metres, rx, ry, rz in arc seconds, scale in parts per million.
+    pub fn from_parameters(to_wgs84: [f64; 7]) -> Self {
         let error_m = if to_wgs84[3..].iter().any(|v| *v != 0.0) {
             STATED_SEVEN_PARAMETER_ERROR_M
         } else {
@@ -66,12 +59,12 @@ impl DatumShift {
         Self::Helmert { to_wgs84, error_m }
     }
 
-    /// Whether nothing has to be done to coordinates.
+    /// Whether coordinates stay as they are.
     pub fn is_null(&self) -> bool {
         matches!(self, Self::Null { .. })
     }
 
-    /// One standard deviation per axis, metres.
+    /// The standard deviation per axis of the shift, metres. `name` is the CRS that an error names.
     ///
     /// # Errors
     /// [`CrsError::Refused`] where the shift is not known.
@@ -80,9 +73,8 @@ impl DatumShift {
             Self::Null { error_m } | Self::Helmert { error_m, .. } => Ok(*error_m),
             Self::Unknown => Err(CrsError::Refused {
                 name: name.into(),
-                reason:
-                    "the shift of its datum to WGS 84 is not known; reproject the file with gdalwarp -t_srs EPSG:4326"
-                        .into(),
+                reason: "the shift of its datum to WGS 84 is not known".into(),
+                remedy: Remedy::Reproject,
             }),
         }
     }
@@ -90,15 +82,14 @@ impl DatumShift {
 
 /// One row of [`DATUMS`].
 pub(super) struct DatumRow {
-    /// EPSG code of the datum (6xxx, as GeoTIFF and WKT 1 write it).
+    /// EPSG code of the datum (6xxx, as in GeoTIFF and WKT 1).
     pub code: u32,
-    /// One standard deviation per axis of taking it to WGS84 by what is available, metres.
+    /// The standard deviation per axis of the shift to WGS84 that is available here, metres.
     pub error_m: f64,
 }
 
-/// What the shifts used here are worth: the accuracy that EPSG states for the transformation named, or the known
-/// drift of the frame where that is larger; an EPSG accuracy is taken as one standard deviation per axis, which errs
-/// on the side of caution.
+/// The accuracy of the shifts used here: what EPSG states for the transformation named, or the known drift of the frame
+/// where that is larger. An EPSG accuracy is taken as one standard deviation per axis, which errs on the side of caution.
 #[rustfmt::skip]
 pub(super) const DATUMS: &[DatumRow] = &[
     DatumRow { code: 6326, error_m: 0.0 }, // WGS 84 itself
@@ -124,16 +115,16 @@ pub(super) const DATUMS: &[DatumRow] = &[
     DatumRow { code: 6230, error_m: 10.0 }, // ED50: mean shift, EPSG:1133, 10 m
 ];
 
-/// Any datum on GRS80 or WGS84 that [`DATUMS`] does not name: modern geocentric frames differ by plate motion since
-/// their epoch, at most 7 cm a year over some 40 years.
+/// The error of a datum on GRS80 or WGS84 that [`DATUMS`] does not list: modern geocentric frames differ by plate motion
+/// since their epoch, at most 7 cm a year over some 40 years.
 pub(super) const OTHER_MODERN_ERROR_M: f64 = 3.0;
-/// Seven parameters that a file states itself; EPSG states 1 to 10 m for such.
+/// The error of seven parameters that a file states; EPSG states 1 to 10 m for such.
 const STATED_SEVEN_PARAMETER_ERROR_M: f64 = 5.0;
-/// Three parameters that a file states itself; EPSG states 5 to 44 m for such.
+/// The error of three parameters that a file states; EPSG states 5 to 44 m for such.
 const STATED_THREE_PARAMETER_ERROR_M: f64 = 15.0;
 
-/// The stated error of a datum by its EPSG code.
-pub(super) fn error_of_datum(code: u32) -> Option<f64> {
+/// The error of a datum by its EPSG code, metres; `None` for a datum that [`DATUMS`] does not list.
+pub(super) fn datum_error_m(code: u32) -> Option<f64> {
     DATUMS.iter().find(|row| row.code == code).map(|row| row.error_m)
 }
 
@@ -152,6 +143,7 @@ mod tests {
     fn refuses_an_unknown_datum_by_name() {
         let refusal = DatumShift::Unknown.error_m("Moon 2000").unwrap_err();
         assert_eq!(refusal.code(), "crs_refused");
-        assert!(refusal.to_string().contains("Moon 2000") && refusal.to_string().contains("gdalwarp"));
+        assert!(refusal.to_string().contains("Moon 2000"));
+        assert_eq!(refusal.remedy(), Some(Remedy::Reproject));
     }
 }

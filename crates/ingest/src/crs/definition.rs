@@ -1,12 +1,13 @@
-//! `Definition`: a CRS by its parameters, as GeoTIFF keys can spell it.
+//! `Definition`: a CRS by its parameters, as GeoTIFF keys can state it.
 
-use super::{CrsError, DatumShift, Ellipsoid};
+use super::datum::{DatumShift, Ellipsoid};
+use super::error::CrsError;
 use std::fmt::Write;
 
-/// A map projection and its own parameters, degrees.
+/// A map projection and its own parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
-    /// None: coordinates are longitude and latitude in degrees.
+    /// No projection: coordinates are longitude and latitude in degrees.
     Geographic,
     /// Transverse Mercator (EPSG method 9807).
     TransverseMercator {
@@ -59,16 +60,16 @@ pub struct Definition {
     pub false_easting: f64,
     /// Northing of the origin, in the CRS's unit.
     pub false_northing: f64,
-    /// Metres in one of the CRS's unit: 1, 0.3048, 1200 / 3937, ...
+    /// Metres in one unit of the CRS: 1, 0.3048, 1200 / 3937, ...
     pub unit_m: f64,
     /// The ellipsoid.
     pub ellipsoid: Ellipsoid,
-    /// How its datum becomes WGS84.
+    /// The shift of its datum to WGS84.
     pub datum: DatumShift,
 }
 
 impl Definition {
-    /// "user-defined Transverse Mercator".
+    /// The name for people, such as "user-defined Transverse Mercator".
     pub fn name(&self) -> String {
         let method = match self.method {
             Method::Geographic => "geographic system",
@@ -82,10 +83,10 @@ impl Definition {
         format!("user-defined {method}")
     }
 
-    /// The same in PROJ's words.
+    /// Returns the definition as a PROJ string.
     ///
     /// # Errors
-    /// [`CrsError::Parameter`] where a parameter is not finite or out of its range.
+    /// [`CrsError::Parameter`] where a parameter is not finite or outside its range.
     pub(super) fn proj_string(&self) -> Result<String, CrsError> {
         self.check()?;
         let (lat0, lon0) = (self.origin_latitude_deg, self.origin_longitude_deg);
@@ -120,7 +121,7 @@ impl Definition {
     }
 
     fn check(&self) -> Result<(), CrsError> {
-        let complain = |reason: String| Err(CrsError::Parameter { name: self.name(), reason });
+        let refuse = |reason: String| Err(CrsError::Parameter { name: self.name(), reason });
         let (scale, parallels) = match self.method {
             Method::Geographic | Method::LambertAzimuthalEqualArea => (1.0, [0.0; 2]),
             Method::TransverseMercator { scale }
@@ -140,88 +141,35 @@ impl Definition {
             ("false northing", self.false_northing, 1e9),
         ] {
             if value.is_nan() || value.abs() > limit {
-                return complain(format!("its {what} is {value}, not a number within {limit} of zero"));
+                return refuse(format!("its {what} is {value}, not a number within {limit} of zero"));
             }
         }
         if !(0.1..=10.0).contains(&scale) {
-            return complain(format!("its scale factor is {scale}, not in [0.1, 10]"));
+            return refuse(format!("its scale factor is {scale}, not in [0.1, 10]"));
         }
         if !(1e-3..=1e5).contains(&self.unit_m) {
-            return complain(format!("its unit is {} metres long", self.unit_m));
+            return refuse(format!("its unit is {} m", self.unit_m));
         }
         let Ellipsoid { semi_major_m, inverse_flattening } = self.ellipsoid;
         if !((6.3e6..=6.4e6).contains(&semi_major_m) && (200.0..=400.0).contains(&inverse_flattening)) {
-            return complain(format!(
+            return refuse(format!(
                 "its ellipsoid (a = {semi_major_m} m, 1/f = {inverse_flattening}) is not the earth's"
             ));
         }
         match self.method {
             Method::LambertConformal1 { .. } if self.origin_latitude_deg.abs() < 0.01 => {
-                complain("a cone needs a latitude of origin off the equator".into())
+                refuse("a cone needs a latitude of origin off the equator".into())
             }
             Method::LambertConformal2 { .. } | Method::Albers { .. } if (p1 + p2).abs() < 0.01 => {
-                complain(format!("a cone cannot stand on the parallels {p1} and {p2}"))
+                refuse(format!("the parallels {p1} and {p2} make no cone"))
             }
             Method::PolarStereographic { .. } if self.origin_latitude_deg.abs() != 90.0 => {
-                complain(format!("its origin lies at {} degrees, not at a pole", self.origin_latitude_deg))
+                refuse(format!("its origin lies at {} degrees, not at a pole", self.origin_latitude_deg))
             }
             Method::Mercator { .. } if self.origin_latitude_deg != 0.0 => {
-                complain(format!("its origin lies at {} degrees, not on the equator", self.origin_latitude_deg))
+                refuse(format!("its origin lies at {} degrees, not on the equator", self.origin_latitude_deg))
             }
             _ => Ok(()),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Crs;
-    use super::*;
-    use overfly_core::geodesy::Geodetic;
-
-    /// EPSG:32614 spelled out.
-    fn utm_14() -> Definition {
-        Definition {
-            method: Method::TransverseMercator { scale: 0.9996 },
-            origin_latitude_deg: 0.0,
-            origin_longitude_deg: -99.0,
-            false_easting: 500_000.0,
-            false_northing: 0.0,
-            unit_m: 1.0,
-            ellipsoid: Ellipsoid::WGS84,
-            datum: DatumShift::Null { error_m: 0.0 },
-        }
-    }
-
-    #[test]
-    fn spelled_out_utm_is_the_coded_one() {
-        let point = Geodetic::from_degrees(47.02, -99.15).unwrap();
-        let (x, y) = Crs::from_definition(&utm_14()).unwrap().projected_from_geodetic(point).unwrap();
-        let (u, v) = Crs::from_epsg(32614).unwrap().projected_from_geodetic(point).unwrap();
-        assert!((x - u).abs() < 1e-6 && (y - v).abs() < 1e-6);
-    }
-
-    #[test]
-    fn feet_are_feet() {
-        let foot_m = 1200.0 / 3937.0;
-        let feet = Definition { unit_m: foot_m, false_easting: 500_000.0 / foot_m, ..utm_14() };
-        let point = Geodetic::from_degrees(47.02, -99.15).unwrap();
-        let (x, y) = Crs::from_definition(&feet).unwrap().projected_from_geodetic(point).unwrap();
-        let (u, v) = Crs::from_epsg(32614).unwrap().projected_from_geodetic(point).unwrap();
-        assert!((x * foot_m - u).abs() < 1e-6 && (y * foot_m - v).abs() < 1e-6);
-    }
-
-    #[test]
-    fn refuses_parameters_that_make_no_projection() {
-        for broken in [
-            Definition { origin_latitude_deg: f64::NAN, ..utm_14() },
-            Definition { unit_m: 0.0, ..utm_14() },
-            Definition { method: Method::TransverseMercator { scale: -1.0 }, ..utm_14() },
-            Definition { method: Method::Albers { parallel_1_deg: 20.0, parallel_2_deg: -20.0 }, ..utm_14() },
-            Definition { method: Method::PolarStereographic { scale: 1.0 }, ..utm_14() },
-            Definition { ellipsoid: Ellipsoid { semi_major_m: 1.0, inverse_flattening: 298.0 }, ..utm_14() },
-        ] {
-            assert_eq!(Crs::from_definition(&broken).unwrap_err().code(), "crs_parameter", "{broken:?}");
         }
     }
 }

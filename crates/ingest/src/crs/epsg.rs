@@ -1,90 +1,93 @@
 //! EPSG codes: the table's entry for a code, checked for everything that would come out silently wrong.
 
-use super::CrsError;
-use super::datum::{DatumShift, Ellipsoid, OTHER_MODERN_ERROR_M, error_of_datum};
+use super::datum::{DatumShift, Ellipsoid, OTHER_MODERN_ERROR_M, datum_error_m};
+use super::error::CrsError;
+use crate::remedy::Remedy;
 
-/// What needs no projection library.
-pub(super) enum Plain {
-    /// Degrees on a datum taken as WGS84.
+/// A system that needs no projection library.
+pub(super) enum BuiltIn {
+    /// Degrees on a datum that is taken as WGS84.
     Degrees,
     /// EPSG:3857.
     WebMercator,
 }
 
-/// What is known of a code.
-pub(super) struct Entry {
-    /// Its name in the EPSG register.
+/// The table's entry for a code.
+pub(super) struct EpsgEntry {
+    /// The system's name in the EPSG register.
     pub name: String,
-    /// What `proj4rs` is given.
+    /// The parameters for `proj4rs`.
     pub proj_string: String,
-    /// One standard deviation per axis, metres.
+    /// The standard deviation per axis of its datum shift, metres.
     pub error_m: f64,
     /// Set where `proj_string` is not needed.
-    pub plain: Option<Plain>,
+    pub built_in: Option<BuiltIn>,
 }
 
 /// Projections that agree with PROJ over the codes that use them (`tests/reference`).
 const METHODS: &[&str] =
     &["longlat", "utm", "tmerc", "lcc", "aea", "laea", "merc", "stere", "sterea", "somerc", "cea", "eqc"];
 
-/// Codes whose entry leaves out that EPSG means a sphere (11 to 18 km).
+/// Codes that EPSG defines on a sphere, which their entry does not state (an error of 11 to 18 km).
 const SPHERICAL: &[u32] = &[3973, 3974, 3975];
 
-const REPROJECT: &str = "reproject the file with gdalwarp -t_srs EPSG:4326";
-
-/// The entry of a code.
+/// Returns the entry of a code.
 ///
 /// # Errors
 /// [`CrsError::UnknownCode`], [`CrsError::Refused`].
-pub(super) fn look_up(code: u32) -> Result<Entry, CrsError> {
-    let unknown = || CrsError::UnknownCode { code, hint: hint_for(code) };
+pub(super) fn look_up(code: u32) -> Result<EpsgEntry, CrsError> {
+    let unknown = || unknown_code(code);
     let found = u16::try_from(code).ok().and_then(crs_definitions::from_code).ok_or_else(unknown)?;
     let name = wkt_name(found.wkt).to_string();
-    let refuse = |reason: String| CrsError::Refused { name: format!("EPSG:{code} ({name})"), reason };
+    let refused = |reason: String, remedy| CrsError::Refused { name: format!("EPSG:{code} ({name})"), reason, remedy };
+    let refuse = |reason: String| refused(reason, Remedy::Reproject);
     if code == 3857 {
         let proj_string = found.proj4.to_string();
-        return Ok(Entry { name, proj_string, error_m: 0.0, plain: Some(Plain::WebMercator) });
+        return Ok(EpsgEntry { name, proj_string, error_m: 0.0, built_in: Some(BuiltIn::WebMercator) });
     }
     if !(found.wkt.starts_with("PROJCS[") || found.wkt.starts_with("GEOGCS[")) {
-        return Err(refuse(
-            "only projected and geographic systems place an image; pass the horizontal part with --crs EPSG".into(),
-        ));
+        let reason = "only projected and geographic systems place an image".into();
+        return Err(refused(reason, Remedy::StateHorizontalCrs));
     }
     let parameters = Parameters(found.proj4);
-    let method =
-        parameters.get("proj").ok_or_else(|| refuse(format!("its projection has no equations here; {REPROJECT}")))?;
+    let method = parameters.get("proj").ok_or_else(|| refuse("its projection is not implemented".into()))?;
     if !METHODS.contains(&method) {
-        return Err(refuse(format!("the projection '{method}' is not one that overfly can do exactly; {REPROJECT}")));
+        return Err(refuse(format!("the projection '{method}' is not implemented exactly")));
     }
     if SPHERICAL.contains(&code) {
-        return Err(refuse(format!("it is projected from a sphere, which the table does not say; {REPROJECT}")));
+        return Err(refuse("it is projected from a sphere, which the table does not state".into()));
     }
     for (key, what) in [("axis", "its axes do not run east and north"), ("nadgrids", "its datum needs a grid file")] {
         if parameters.get(key).is_some() {
-            return Err(refuse(format!("{what}; {REPROJECT}")));
+            return Err(refuse(what.into()));
         }
     }
     if parameters.get("datum") == Some("NAD27") {
-        return Err(refuse(format!(
-            "NAD27 needs the NADCON or NTv2 grids (without them it is up to 100 m off); {REPROJECT}"
-        )));
+        return Err(refuse("NAD27 needs the NADCON or NTv2 grids (without them it is up to 100 m off)".into()));
     }
-    let error_m = shift_error_m(&parameters, found.wkt).ok_or_else(|| {
-        refuse(format!("the shift of its datum to WGS 84 is not one that overfly knows to be right; {REPROJECT}"))
-    })?;
-    let plain =
-        (method == "longlat" && parameters.is_null_shift() && parameters.get("pm").is_none()).then_some(Plain::Degrees);
-    Ok(Entry { name, proj_string: found.proj4.to_string(), error_m, plain })
+    let error_m = shift_error_m(&parameters, found.wkt)
+        .ok_or_else(|| refuse("the shift of its datum to WGS 84 is not known to be right".into()))?;
+    let is_plain = method == "longlat" && parameters.is_null_shift() && parameters.get("pm").is_none();
+    let built_in = is_plain.then_some(BuiltIn::Degrees);
+    Ok(EpsgEntry { name, proj_string: found.proj4.to_string(), error_m, built_in })
 }
 
-/// The ellipsoid and shift of a geographic CRS.
-///
-/// # Errors
-/// As [`look_up`].
-pub(super) fn datum_of(code: u32) -> Result<(Ellipsoid, DatumShift), CrsError> {
+impl DatumShift {
+    /// Returns the ellipsoid and the datum shift of a geographic CRS by its EPSG code.
+    ///
+    /// # Errors
+    /// [`CrsError`] where the code is not known, or its system is refused.
+    pub fn from_geographic_code(code: u32) -> Result<(Ellipsoid, Self), CrsError> {
+        geographic_datum(code)
+    }
+}
+
+fn geographic_datum(code: u32) -> Result<(Ellipsoid, DatumShift), CrsError> {
     let entry = look_up(code)?;
-    let refuse =
-        |reason: &str| CrsError::Refused { name: format!("EPSG:{code} ({})", entry.name), reason: reason.into() };
+    let refuse = |reason: &str| {
+        let name = format!("EPSG:{code} ({})", entry.name);
+        CrsError::Refused { name, reason: reason.into(), remedy: Remedy::Reproject }
+    };
     let found = u16::try_from(code).ok().and_then(crs_definitions::from_code).ok_or_else(|| refuse("unknown"))?;
     let numbers = |key: &str, from: usize| -> Option<Vec<f64>> {
         let inside = found.wkt.split_once(key)?.1.split_once(']')?.0;
@@ -95,7 +98,7 @@ pub(super) fn datum_of(code: u32) -> Result<(Ellipsoid, DatumShift), CrsError> {
         return Err(refuse("its ellipsoid is not stated"));
     };
     let ellipsoid = Ellipsoid { semi_major_m, inverse_flattening };
-    if matches!(entry.plain, Some(Plain::Degrees)) {
+    if matches!(entry.built_in, Some(BuiltIn::Degrees)) {
         return Ok((ellipsoid, DatumShift::Null { error_m: entry.error_m }));
     }
     let shift = numbers("TOWGS84[", 0).and_then(|v| <[f64; 7]>::try_from(v).ok());
@@ -103,7 +106,7 @@ pub(super) fn datum_of(code: u32) -> Result<(Ellipsoid, DatumShift), CrsError> {
     Ok((ellipsoid, DatumShift::Helmert { to_wgs84, error_m: entry.error_m }))
 }
 
-/// `+key=value` pairs of a proj string.
+/// The `+key=value` pairs of a PROJ string.
 struct Parameters<'a>(&'a str);
 
 impl<'a> Parameters<'a> {
@@ -127,14 +130,14 @@ impl<'a> Parameters<'a> {
     }
 }
 
-/// One standard deviation per axis of the shift to WGS 84. `None` for a datum on an old ellipsoid that [`error_of_datum`]
-/// does not list: the parameters that tables carry for such were seen 50 to 500 m off.
+/// The standard deviation per axis of the shift to WGS 84, metres. `None` for a datum on an old ellipsoid that
+/// [`datum_error_m`] does not list: the tables' parameters of such datums were found to be 50 to 500 m off.
 fn shift_error_m(parameters: &Parameters<'_>, wkt: &str) -> Option<f64> {
-    let stated = datum_code(wkt).and_then(error_of_datum);
+    let stated = datum_code(wkt).and_then(datum_error_m);
     if parameters.is_null_shift() { Some(stated.unwrap_or(OTHER_MODERN_ERROR_M)) } else { stated }
 }
 
-/// The first quoted text: the system's name.
+/// The first quoted text, which is the system's name.
 fn wkt_name(wkt: &str) -> &str {
     wkt.split('"').nth(1).unwrap_or("unnamed")
 }
@@ -156,15 +159,14 @@ fn datum_code(wkt: &str) -> Option<u32> {
     authority.split('"').next()?.parse().ok()
 }
 
-/// What well-known codes outside the table are.
-fn hint_for(code: u32) -> &'static str {
-    match code {
-        5701..=5799 | 5600..=5622 | 3855 | 8357 | 8228 => {
-            " (it is a vertical system); pass the horizontal one with --crs EPSG"
-        }
-        0 | 32767 => " (it means 'user-defined'); pass the right code with --crs EPSG",
-        _ => "; pass a known one with --crs EPSG, or reproject the file with gdalwarp -t_srs EPSG:4326",
-    }
+/// The error for a code outside the table; it says what well-known codes mean.
+fn unknown_code(code: u32) -> CrsError {
+    let (hint, remedy) = match code {
+        5701..=5799 | 5600..=5622 | 3855 | 8357 | 8228 => (" (it is a vertical system)", Remedy::StateHorizontalCrs),
+        0 | 32767 => (" (it means 'user-defined')", Remedy::StateCrs),
+        _ => ("", Remedy::StateCrsOrReproject),
+    };
+    CrsError::UnknownCode { code, hint, remedy }
 }
 
 #[cfg(test)]

@@ -1,44 +1,44 @@
-//! `Corridor`: the ground on both sides of routes, as regions that tiles are held against.
+//! `Corridor`: the ground on both sides of routes, as regions to compare tiles with.
 
-use super::ExportError;
+use super::error::ExportError;
 use overfly_core::coupling::CouplingParameters;
 use overfly_core::geodesy::{Geodesic, Geodetic, destination, geodesic_between};
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::route::Route;
 use overfly_core::tile::gsd_at;
 
-/// The widest corridor, metres on each side: a search's region reaches no farther than three times this.
-pub const MOST_HALF_WIDTH_M: f64 = 100_000.0;
-/// Longest piece of a route that is one rectangle. Seen from its middle a geodesic bends by micrometres, and a length of
-/// 1 km and a corridor's width is seen short by millimetres: too large is what the rectangle then is.
-const PIECE_M: f64 = 2_000.0;
-/// A margin in pixels is taken by the pixel in the middle of a piece; at its far end a pixel may be larger by less than this.
+/// The widest corridor, metres on each side. A search region extends to at most three times this distance.
+pub const MAX_HALF_WIDTH_M: f64 = 100_000.0;
+/// The longest part of a route that makes one rectangle. Seen from its middle a geodesic bends by micrometres, and lengths of
+/// 1 km and the corridor's width appear shorter by millimetres, so that the rectangle is slightly too large.
+const MAX_PIECE_M: f64 = 2_000.0;
+/// A margin in pixels uses the pixel in the middle of a rectangle; at its far end a pixel is larger by less than this factor.
 const PIXEL_SLACK: f64 = 1.1;
 
-/// How wide a corridor is.
+/// The width of a corridor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Width {
-    /// W: on each side everywhere, metres.
+pub struct CorridorWidth {
+    /// W: the constant width on each side, metres.
     pub half_width_m: f64,
-    /// What comes to it along the way.
-    pub drift: Option<Drift>,
+    /// The width that is added along the route.
+    pub drift: Option<CorridorDrift>,
 }
 
-/// A corridor that grows as the position drifts: with relative registrations alone from the route's start on, and no fix at
-/// all. What is added is the reach of the search region then (half the diagonal of equation 3's rectangle), and a third of an
-/// image, by which a search may look past it.
+/// The growth of a corridor with the position's drift, for relative registrations alone from the route's start on and no fix
+/// at all. It adds half the diagonal of the search region at that drift (the rectangle of equation 3), and a third of an
+/// image, by which a search may read past its region.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drift(pub CouplingParameters);
+pub struct CorridorDrift(pub CouplingParameters);
 
-/// Share of an image's edge (square root of its area) that a search may look past its region: eight pixels where the edge
-/// has 46, on each of two levels, and twice the pixel on the second.
+/// The share of an image's edge (the square root of its area) that a search may read past its region: eight pixels of an
+/// edge of 46 pixels, on each of two levels, the second with pixels of twice the size.
 const PAST_REGION: f64 = 1.0 / 3.0;
 
-impl Drift {
-    /// What is added on each side after `way_m` of the route, metres.
+impl CorridorDrift {
+    /// Returns the width added on each side after `way_m` of the route, metres.
     ///
     /// # Errors
-    /// Where the parameters are out of their range.
+    /// [`ExportError::Coupling`] where the parameters are outside the models' domain.
     pub fn added_m(&self, way_m: f64) -> Result<f64, ExportError> {
         let p = &self.0;
         let relative_count = way_m / p.speed_mps / p.relative_s;
@@ -48,9 +48,9 @@ impl Drift {
     }
 }
 
-/// A rectangle along a piece of a route, longer by its half width at both ends.
+/// A rectangle along a part of a route, longer by its half width at both ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct CorridorPiece {
     middle: Geodetic,
     heading_rad: f64,
     length_m: f64,
@@ -60,44 +60,45 @@ struct Piece {
 /// The ground on both sides of routes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Corridor {
-    pieces: Vec<Piece>,
+    pieces: Vec<CorridorPiece>,
 }
 
 impl Corridor {
-    /// The corridor along routes; drift goes on from the end of the first one along each of the others, its alternates.
+    /// Makes the corridor along routes. The drift of the first route continues along each of the others, its alternates.
     ///
     /// # Errors
-    /// [`ExportError::CorridorWidth`] where it is or grows too wide, or the drift's parameters are out of range.
-    pub fn along(routes: &[Route], width: &Width) -> Result<Self, ExportError> {
+    /// [`ExportError::CorridorWidth`] where the corridor is or grows too wide; [`ExportError::Coupling`] where the drift's
+    /// parameters are outside the models' domain.
+    pub fn along(routes: &[Route], width: &CorridorWidth) -> Result<Self, ExportError> {
         let mut pieces = Vec::new();
         for (index, route) in routes.iter().enumerate() {
             let mut way_m = if index == 0 { 0.0 } else { routes[0].length_m() };
             for (start, leg) in route.legs() {
-                let count = (leg.distance_m / PIECE_M).ceil().max(1.0);
+                let count = (leg.distance_m / MAX_PIECE_M).ceil().max(1.0);
                 let length_m = leg.distance_m / count;
                 for piece in 0..count as u64 {
                     let middle_m = (piece as f64 + 0.5) * length_m;
                     way_m += length_m;
                     let half_width_m = half_width_m(width, way_m)?;
-                    pieces.extend(of(start, leg, middle_m, length_m, half_width_m));
+                    pieces.extend(corridor_piece(start, leg, middle_m, length_m, half_width_m));
                 }
             }
         }
         Ok(Self { pieces })
     }
 
-    /// The half width where it is widest, metres.
+    /// Returns the half width at the widest place, metres.
     pub fn widest_m(&self) -> f64 {
         self.pieces.iter().map(|p| p.half_width_m).fold(0.0, f64::max)
     }
 
-    /// Its rectangles, each wider by `margin_px` pixels of the level `zoom` on every side: their union holds every point that
-    /// lies no farther from a route than the corridor's half width there.
+    /// Returns the corridor's rectangles, each wider by `margin_px` pixels of the level `zoom` on every side. Their union
+    /// contains every point whose distance from a route is at most the corridor's half width there.
     ///
     /// # Errors
-    /// Where the route leaves the tile matrix.
+    /// [`ExportError::Region`] where the route leaves the tile matrix.
     pub fn regions(&self, zoom: u8, margin_px: f64) -> Result<Vec<Region>, ExportError> {
-        let region = |piece: &Piece| {
+        let region = |piece: &CorridorPiece| {
             let gsd = gsd_at(piece.middle, zoom);
             let margin_m = margin_px * PIXEL_SLACK * gsd.east_m_per_px.max(gsd.north_m_per_px);
             let half_m = piece.half_width_m + margin_m;
@@ -109,23 +110,29 @@ impl Corridor {
     }
 }
 
-/// The corridor's half width after `way_m`.
+/// Returns the corridor's half width after `way_m` of the route, metres.
 ///
 /// # Errors
 /// As [`Corridor::along`].
-pub(super) fn half_width_m(width: &Width, way_m: f64) -> Result<f64, ExportError> {
+pub(super) fn half_width_m(width: &CorridorWidth, way_m: f64) -> Result<f64, ExportError> {
     let added_m = width.drift.map_or(Ok(0.0), |d| d.added_m(way_m))?;
     let half_width_m = width.half_width_m + added_m;
-    let stated = width.half_width_m > 0.0 && half_width_m <= MOST_HALF_WIDTH_M;
-    if stated { Ok(half_width_m) } else { Err(ExportError::CorridorWidth { half_width_m, most_m: MOST_HALF_WIDTH_M }) }
+    let is_valid = width.half_width_m > 0.0 && half_width_m <= MAX_HALF_WIDTH_M;
+    if is_valid { Ok(half_width_m) } else { Err(ExportError::CorridorWidth { half_width_m, most_m: MAX_HALF_WIDTH_M }) }
 }
 
-/// The piece of a leg whose middle lies `middle_m` from its start.
-fn of(start: Geodetic, leg: Geodesic, middle_m: f64, length_m: f64, half_width_m: f64) -> Option<Piece> {
+/// Returns the piece of a leg whose middle lies `middle_m` from the leg's start.
+fn corridor_piece(
+    start: Geodetic,
+    leg: Geodesic,
+    middle_m: f64,
+    length_m: f64,
+    half_width_m: f64,
+) -> Option<CorridorPiece> {
     let middle = destination(start, Geodesic { distance_m: middle_m, ..leg }).ok()?;
-    // A geodesic's azimuth changes along it: seen back to the start, and turned round.
+    // A geodesic's azimuth changes along it, so it is taken at the middle: back to the start, reversed.
     let heading_rad = geodesic_between(middle, start).azimuth_rad + std::f64::consts::PI;
-    Some(Piece { middle, heading_rad, length_m, half_width_m })
+    Some(CorridorPiece { middle, heading_rad, length_m, half_width_m })
 }
 
 #[cfg(test)]
@@ -135,7 +142,7 @@ mod tests {
     use overfly_core::tile::MercatorBounds;
     use proptest::prelude::*;
 
-    /// A line of some legs about a place.
+    /// A line of legs from a position.
     fn route(latitude_deg: f64, longitude_deg: f64, legs: &[(f64, f64)]) -> Option<Route> {
         let mut at = Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap();
         let mut points = vec![[at.longitude_deg(), at.latitude_deg()]];
@@ -148,13 +155,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn holds_every_point_within_its_width(
+        fn contains_every_point_within_its_width(
             lat in -80.0..80.0f64, lon in -180.0..180.0f64, w in 50.0..20_000.0f64,
             legs in prop::collection::vec((10.0..30_000.0f64, -3.1..3.1f64), 1..5),
             share in 0.0..1.0f64, off in 0.0..0.9999f64, bearing in -3.1..3.1f64,
         ) {
             let Some(route) = route(lat, lon, &legs) else { return Ok(()) };
-            let corridor = Corridor::along(std::slice::from_ref(&route), &Width { half_width_m: w, drift: None }).unwrap();
+            let corridor = Corridor::along(std::slice::from_ref(&route), &CorridorWidth { half_width_m: w, drift: None }).unwrap();
             let along = route.every(route.length_m() / 50.0).unwrap();
             let on = along[((along.len() - 1) as f64 * share) as usize].position;
             let Ok(point) = destination(on, Geodesic { distance_m: w * off, azimuth_rad: bearing }) else { return Ok(()) };
@@ -168,7 +175,8 @@ mod tests {
     fn is_no_wider_than_its_rectangles_corners() {
         let route = route(47.0, -99.0, &[(3000.0, 1.5)]).unwrap();
         let corridor =
-            Corridor::along(std::slice::from_ref(&route), &Width { half_width_m: 1500.0, drift: None }).unwrap();
+            Corridor::along(std::slice::from_ref(&route), &CorridorWidth { half_width_m: 1500.0, drift: None })
+                .unwrap();
         let regions = corridor.regions(14, 0.0).unwrap();
         let start = route.points()[0];
         for step in 0..400 {
@@ -183,14 +191,14 @@ mod tests {
     }
 
     #[test]
-    fn grows_by_the_drift_and_the_region_that_it_opens() {
+    fn grows_by_the_drift_and_the_search_region() {
         use overfly_core::coupling::Calibration;
         let aircraft: crate::plan::Aircraft = toml::from_str(
             "speed_mps = 30\nmin_turn_radius_m = 400\nwidth_px = 400\nheight_px = 300\ngsd_m_per_px = 1\nunit_drift_m = 0.1\ninaccuracy_m = 20\n",
         )
         .unwrap();
         let p = aircraft.parameters(&Calibration::PROJECT, None).unwrap();
-        let drift = Drift(p);
+        let drift = CorridorDrift(p);
         let past_m = (400.0f64 * 300.0).sqrt() / 3.0;
         assert!((drift.added_m(0.0).unwrap() - 210f64.hypot(160.0) - past_m).abs() < 1e-9);
         // 3 km at 30 m/s: 100 s of registrations one after the other, 0.1 m each.
@@ -200,10 +208,10 @@ mod tests {
     }
 
     #[test]
-    fn refuses_widths_that_are_none() {
+    fn refuses_invalid_widths() {
         let route = route(0.0, 0.0, &[(100.0, 0.0)]).unwrap();
         for half_width_m in [0.0, -1.0, f64::NAN, f64::INFINITY, 2e5] {
-            let refused = Corridor::along(std::slice::from_ref(&route), &Width { half_width_m, drift: None });
+            let refused = Corridor::along(std::slice::from_ref(&route), &CorridorWidth { half_width_m, drift: None });
             assert_eq!(refused.unwrap_err().code(), "corridor_width");
         }
     }

@@ -1,15 +1,17 @@
-//! How much of a corridor the map shows, along the way.
+//! `CorridorCoverage`: how much of a corridor the map shows, along the route.
 
 use super::corridor::half_width_m;
-use super::{ExportError, ExportRequest};
+use super::error::ExportError;
+use super::request::ExportRequest;
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::route::RoutePoint;
 use overfly_store::{Layer, Reader};
 use serde::Serialize;
 
-/// Longest and most steps in which a route is looked at.
-const LONGEST_STEP_M: f64 = 500.0;
-const MOST_STEPS: f64 = 2_000.0;
+/// The longest step between two cross-sections, metres.
+const MAX_STEP_M: f64 = 500.0;
+/// The most cross-sections of a route; steps of a longer route exceed [`MAX_STEP_M`].
+const MAX_STEPS: f64 = 2_000.0;
 
 /// One cross-section of the corridor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,44 +20,44 @@ pub struct CoverageStep {
     pub layer: String,
     /// Which route: 0 is the planned one, the others are its alternates.
     pub route: usize,
-    /// Way from that route's start, metres.
+    /// Distance from that route's start, metres.
     pub way_m: f64,
-    /// Where.
+    /// Latitude, degrees.
     pub latitude_deg: f64,
-    /// Where.
+    /// Longitude, degrees.
     pub longitude_deg: f64,
-    /// The corridor on each side there, metres.
+    /// The corridor's width on each side there, metres.
     pub half_width_m: f64,
     /// Share of the cross-section that has valid pixels, in [0, 1].
     pub covered: f64,
 }
 
-/// What a layer shows of a corridor.
+/// How much of a corridor one layer shows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Coverage {
+pub struct CorridorCoverage {
     /// The layer.
     pub layer: String,
-    /// Mean over the steps.
+    /// Mean coverage of the steps, in [0, 1].
     pub mean: f64,
-    /// Least of the steps.
+    /// Least coverage of the steps, in [0, 1].
     pub least: f64,
     /// Share of the steps of which less than half is covered.
     pub poor_share: f64,
-    /// Step by step; not in the summary.
+    /// The steps; not serialised.
     #[serde(skip)]
     pub steps: Vec<CoverageStep>,
 }
 
-/// The coverage of a request's corridor by one layer.
+/// Returns the coverage of a request's corridor by one layer.
 ///
 /// # Errors
-/// Where the store cannot be read or the route leaves the tile matrix.
-pub fn coverage(store: &Reader, layer: &Layer, request: &ExportRequest) -> Result<Coverage, ExportError> {
+/// [`ExportError`] where the store cannot be read or the route leaves the tile matrix.
+pub fn coverage(store: &Reader, layer: &Layer, request: &ExportRequest) -> Result<CorridorCoverage, ExportError> {
     let width = request.width();
     let mut steps = Vec::new();
     for (index, route) in request.routes.iter().enumerate() {
         let length_m = route.length_m();
-        let step_m = LONGEST_STEP_M.min(length_m).max(length_m / MOST_STEPS);
+        let step_m = MAX_STEP_M.min(length_m).max(length_m / MAX_STEPS);
         let before_m = if index == 0 { 0.0 } else { request.routes[0].length_m() };
         for point in route.every(step_m).unwrap_or_default() {
             let half_m = half_width_m(&width, before_m + point.way_m)?;
@@ -71,7 +73,7 @@ pub fn coverage(store: &Reader, layer: &Layer, request: &ExportRequest) -> Resul
         }
     }
     let count = steps.len().max(1) as f64;
-    Ok(Coverage {
+    Ok(CorridorCoverage {
         layer: layer.name.clone(),
         mean: steps.iter().map(|s| s.covered).sum::<f64>() / count,
         least: steps.iter().map(|s| s.covered).fold(1.0, f64::min),

@@ -1,35 +1,37 @@
-//! `export`: cuts what one flight needs out of a store, seals it, and puts it in its place.
+//! `export`: copies what one flight needs from a store to a new, sealed store.
 
 use super::corridor::Corridor;
-use super::coverage::{Coverage, coverage};
+use super::coverage::{CorridorCoverage, coverage};
+use super::error::ExportError;
+use super::request::ExportRequest;
 use super::selection::select;
-use super::size_reduction::{shed, stated_quality};
-use super::{ExportError, ExportRequest};
+use super::size_reduction::{reduce_size, stated_quality};
 use overfly_store::package::{Dropped, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, write_seal};
 use overfly_store::{AtomicFile, Extract, FileKind, LayerPart, Reader, TileSizes, file_len, hex};
 use serde::Serialize;
 use std::path::Path;
 
-/// What of one level an export takes.
+/// What an export takes of one level of a layer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Part {
+pub struct ExportedLevel {
     /// The layer.
     pub layer: String,
-    /// The level.
+    /// The zoom of the level.
     pub zoom: u8,
     /// Tiles taken.
     pub tiles: usize,
-    /// Bytes of their imagery, descriptors and cells.
+    /// Bytes of the tiles' imagery, descriptors and cells.
     #[serde(flatten)]
     pub bytes: TileSizes,
 }
 
-impl Part {
+impl ExportedLevel {
+    /// Bytes of all content.
     fn content(&self) -> u64 {
         self.bytes.imagery + self.rest()
     }
 
-    /// But for imagery.
+    /// Bytes of all content but the imagery.
     fn rest(&self) -> u64 {
         self.bytes.descriptors + self.bytes.cells
     }
@@ -38,53 +40,53 @@ impl Part {
 /// What an export would take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Preview {
-    /// By layer and level.
-    pub parts: Vec<Part>,
-    /// Bytes of all these; footprints, indexes and pages filled in part come to it.
+    /// The levels, by layer.
+    pub parts: Vec<ExportedLevel>,
+    /// Bytes of their content. Footprints, indexes and partly filled pages add to the size of the file.
     pub bytes: u64,
-    /// What the map shows of the corridor, by layer.
-    pub coverage: Vec<Coverage>,
-    /// The corridor at its widest, metres on each side.
+    /// How much of the corridor the map shows, by layer.
+    pub coverage: Vec<CorridorCoverage>,
+    /// The corridor's width at its widest place, metres on each side.
     pub widest_m: f64,
 }
 
-/// What was exported.
+/// The result of an export.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Exported {
-    /// What was taken, by layer and level.
-    pub parts: Vec<Part>,
+    /// The levels that were taken, by layer.
+    pub parts: Vec<ExportedLevel>,
     /// The file's size.
     pub bytes: u64,
     /// The store's digest, hexadecimal.
     pub digest: String,
-    /// The whole file's digest as its seal states it, hexadecimal.
+    /// The whole file's digest, which its seal states, hexadecimal.
     pub file_digest: String,
-    /// What was left out to keep it small.
+    /// What was dropped to reduce the size.
     pub dropped: Vec<Dropped>,
-    /// Whose signature it bears: the public key, hexadecimal.
+    /// The public key of the signer, hexadecimal.
     pub signed_by: Option<String>,
-    /// What the map shows of the corridor, by layer taken.
-    pub coverage: Vec<Coverage>,
+    /// How much of the corridor the map shows, by layer.
+    pub coverage: Vec<CorridorCoverage>,
 }
 
-/// What an export would take, and what the map shows along the way. Writes nothing.
+/// Returns what an export would take, and how much of the corridor the map shows. Writes nothing.
 ///
 /// # Errors
-/// As [`export`], but for what only writing meets.
+/// As [`export`], except for errors of writing.
 pub fn preview(store: &Reader, request: &ExportRequest) -> Result<Preview, ExportError> {
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let chosen = select(store, request, &corridor)?;
-    let parts = parts_of(store, &chosen)?;
-    let bytes = parts.iter().map(Part::content).sum();
+    let parts = exported_levels(store, &chosen)?;
+    let bytes = parts.iter().map(ExportedLevel::content).sum();
     Ok(Preview { parts, bytes, coverage: coverages(store, request, &chosen)?, widest_m: corridor.widest_m() })
 }
 
-/// Cuts what a request needs out of `store` into the file `out`, which comes into being whole or not at all. The same request
-/// of the same store gives the same bytes. `progress` is told tiles done and tiles in all.
+/// Exports what a request needs from `store` to the file `out`, which appears complete or not at all. The same request of the
+/// same store gives the same bytes. `progress` is called with the number of tiles done and the total.
 ///
 /// # Errors
-/// Where corridor or layers hold nothing, a tile is damaged, it cannot be made as small as asked, or the disk is full; what
-/// stood at `out` before is then untouched.
+/// [`ExportError`] where the corridor or the layers hold no tile, a tile is damaged, the export cannot be made as small as
+/// asked, or the disk is full. A file that existed at `out` is then unchanged.
 pub fn export(
     store: &Reader,
     request: &ExportRequest,
@@ -95,10 +97,10 @@ pub fn export(
     let mut chosen = select(store, request, &corridor)?;
     let file = AtomicFile::create(out, FileKind::Store, &[store.path()])?;
     let writing = Writing { store, request, corridor: &corridor, file: &file, progress };
-    let (manifest, dropped) = writing.fitted(&mut chosen)?;
+    let (manifest, dropped) = writing.write_within_limit(&mut chosen)?;
     let seal = write_seal(file.temporary_path(), &manifest.to_text(), request.key.as_ref())?;
     let bytes = file_len(file.temporary_path())?;
-    let parts = parts_of(&Reader::open(file.temporary_path())?, &chosen)?;
+    let parts = exported_levels(&Reader::open(file.temporary_path())?, &chosen)?;
     file.persist()?;
     Ok(Exported {
         parts,
@@ -111,7 +113,7 @@ pub fn export(
     })
 }
 
-/// One export under way.
+/// An export in progress.
 struct Writing<'a> {
     store: &'a Reader,
     request: &'a ExportRequest,
@@ -121,22 +123,24 @@ struct Writing<'a> {
 }
 
 impl Writing<'_> {
-    /// Writes the parts, unsealed, and drops of them until they take no more bytes than allowed.
-    fn fitted(&self, chosen: &mut Vec<LayerPart>) -> Result<(Manifest, Vec<Dropped>), ExportError> {
+    /// Writes the parts, unsealed, and reduces them until the file has at most the allowed size.
+    fn write_within_limit(&self, chosen: &mut Vec<LayerPart>) -> Result<(Manifest, Vec<Dropped>), ExportError> {
         let most = self.request.max_bytes.unwrap_or(u64::MAX);
         let mut dropped: Vec<Dropped> = self.request.jpeg_quality.map(stated_quality).into_iter().collect();
         loop {
-            // What imagery will take that is encoded anew nobody knows before.
-            let known = |p: &Part| if chosen.iter().any(|c| c.jpeg_quality.is_some()) { p.rest() } else { p.content() };
-            let least: u64 = parts_of(self.store, chosen)?.iter().map(known).sum();
+            // The size of imagery that is encoded again is not known in advance.
+            let known = |p: &ExportedLevel| {
+                if chosen.iter().any(|c| c.jpeg_quality.is_some()) { p.rest() } else { p.content() }
+            };
+            let least: u64 = exported_levels(self.store, chosen)?.iter().map(known).sum();
             if least <= most {
                 let manifest = self.write(chosen, &dropped)?;
                 if file_len(self.file.temporary_path())? <= most {
                     return Ok((manifest, dropped));
                 }
             }
-            let Some(one) = shed(chosen, self.store.layers()) else {
-                // What it takes at least is known once it is written.
+            let Some(one) = reduce_size(chosen, self.store.layers()) else {
+                // The least size is known only after writing.
                 self.write(chosen, &dropped)?;
                 return Err(ExportError::TooLarge { least: file_len(self.file.temporary_path())?, most });
             };
@@ -155,13 +159,13 @@ impl Writing<'_> {
                 (self.progress)(done, total);
             })?;
         }
-        let manifest = manifest_of(&extract, self.store, self.request, dropped, self.corridor)?;
+        let manifest = make_manifest(&extract, self.store, self.request, dropped, self.corridor)?;
         extract.finish(self.file.temporary_path(), Some(&manifest.to_text()), SEAL_LEN as u8)?;
         Ok(manifest)
     }
 }
 
-fn manifest_of(
+fn make_manifest(
     extract: &Extract,
     store: &Reader,
     request: &ExportRequest,
@@ -206,7 +210,7 @@ fn json(value: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(value).expect("plain numbers serialise")
 }
 
-fn parts_of(store: &Reader, chosen: &[LayerPart]) -> Result<Vec<Part>, ExportError> {
+fn exported_levels(store: &Reader, chosen: &[LayerPart]) -> Result<Vec<ExportedLevel>, ExportError> {
     let mut parts = Vec::new();
     for part in chosen {
         let layer = store.layer(&part.name)?;
@@ -215,12 +219,16 @@ fn parts_of(store: &Reader, chosen: &[LayerPart]) -> Result<Vec<Part>, ExportErr
             if !part.with_descriptors {
                 bytes.descriptors = 0;
             }
-            parts.push(Part { layer: part.name.clone(), zoom: level[0].zoom(), tiles: level.len(), bytes });
+            parts.push(ExportedLevel { layer: part.name.clone(), zoom: level[0].zoom(), tiles: level.len(), bytes });
         }
     }
     Ok(parts)
 }
 
-fn coverages(store: &Reader, request: &ExportRequest, chosen: &[LayerPart]) -> Result<Vec<Coverage>, ExportError> {
+fn coverages(
+    store: &Reader,
+    request: &ExportRequest,
+    chosen: &[LayerPart],
+) -> Result<Vec<CorridorCoverage>, ExportError> {
     chosen.iter().map(|part| coverage(store, store.layer(&part.name)?, request)).collect()
 }

@@ -1,6 +1,7 @@
-//! Why nothing can be exported.
+//! `ExportError`: why nothing can be exported.
 
 use crate::plan::PlanError;
+use crate::remedy::Remedy;
 use overfly_core::coupling::CouplingError;
 use overfly_core::region::RegionError;
 use overfly_store::StoreError;
@@ -10,13 +11,13 @@ use std::path::PathBuf;
 /// Why nothing can be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// Route, aircraft or calibration.
+    /// The route, the aircraft or the calibration cannot be used.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Numbers that together lead where the models do not speak.
+    /// Parameters outside the domain of the coupling models.
     #[error(transparent)]
     Coupling(#[from] CouplingError),
-    /// A corridor that no region can be made of.
+    /// A corridor that makes no region.
     #[error(transparent)]
     Region(#[from] RegionError),
     /// A store cannot be read or written.
@@ -25,28 +26,26 @@ pub enum ExportError {
     /// The export cannot be sealed or signed.
     #[error(transparent)]
     Package(#[from] PackageError),
-    /// A corridor of no width, or wider than any search.
+    /// A corridor whose width is not positive, or larger than the limit.
     #[error("a corridor of {half_width_m} m on each side: expected metres, more than 0 and at most {most_m}")]
     CorridorWidth {
-        /// What was given, or what it grew to.
+        /// The half width given, or the one to which the corridor grew, metres.
         half_width_m: f64,
-        /// The bound.
+        /// The limit, metres.
         most_m: f64,
     },
     /// The map does not reach the route.
-    #[error("{path}: no tile meets the corridor; is it the right route, and are its positions longitude first?", path = path.display())]
+    #[error("{path}: no tile meets the corridor", path = path.display())]
     NothingInCorridor {
         /// The store.
         path: PathBuf,
     },
-    /// It cannot be made small enough.
-    #[error(
-        "the export takes at least {least} bytes whatever is dropped, and {most} are allowed: narrow the corridor, shorten the route, or name fewer layers"
-    )]
+    /// The export cannot be made as small as asked.
+    #[error("the export takes at least {least} bytes whatever is dropped, and {most} are allowed")]
     TooLarge {
-        /// With all dropped that may be.
+        /// Bytes after everything has been dropped that may be.
         least: u64,
-        /// What was asked.
+        /// Bytes that are allowed.
         most: u64,
     },
 }
@@ -66,7 +65,18 @@ impl ExportError {
         }
     }
 
-    /// Whether what was given is at fault, and not the work on it: exit code 2.
+    /// What the user can do, where that is known. Errors of the store and the package have remedies of their own.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::Plan(e) => e.remedy(),
+            Self::NothingInCorridor { .. } => Some(Remedy::CheckRoute),
+            Self::TooLarge { .. } => Some(Remedy::ReduceExport),
+            Self::Coupling(_) | Self::Region(_) | Self::CorridorWidth { .. } => None,
+            Self::Store(_) | Self::Package(_) => None,
+        }
+    }
+
+    /// Whether the input is at fault rather than the work on it.
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Store(e) => e.is_unusable_input(),

@@ -1,4 +1,4 @@
-//! What one flight needs, cut out of a store: the tiles along a corridor, sealed and signed.
+//! Exporting what one flight needs from a store: the tiles along a corridor, sealed and signed.
 
 mod corridor;
 mod coverage;
@@ -8,8 +8,8 @@ mod request;
 mod selection;
 mod size_reduction;
 
-pub use corridor::{Corridor, Drift, Width};
-pub use coverage::{Coverage, CoverageStep};
-pub use cut::{Exported, Part, Preview, export, preview};
+pub use corridor::{Corridor, CorridorDrift, CorridorWidth};
+pub use coverage::{CorridorCoverage, CoverageStep};
+pub use cut::{Exported, ExportedLevel, Preview, export, preview};
 pub use error::ExportError;
 pub use request::ExportRequest;

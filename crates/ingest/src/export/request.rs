@@ -1,35 +1,35 @@
-//! `ExportRequest`: what shall be exported.
+//! `ExportRequest`: what to export.
 
-use super::corridor::{Drift, Width};
+use super::corridor::{CorridorDrift, CorridorWidth};
 use overfly_core::coupling::Calibration;
 use overfly_core::route::Route;
 use overfly_store::package::{Date, SecretKey};
 
-/// What shall be exported.
+/// What to export.
 #[derive(Debug)]
 pub struct ExportRequest {
-    /// The planned route first, its alternates after it.
+    /// The planned route, then its alternates.
     pub routes: Vec<Route>,
-    /// W: the corridor on each side, metres.
+    /// W: the corridor's width on each side, metres.
     pub corridor_m: f64,
-    /// What the corridor grows by.
-    pub drift: Option<Drift>,
-    /// The calibration that the drift comes from; written down in the manifest.
+    /// The growth of the corridor along the route.
+    pub drift: Option<CorridorDrift>,
+    /// The calibration that the drift comes from; the manifest states it.
     pub calibration: Option<Calibration>,
-    /// Layers to take; all where none is named.
+    /// The layers to export; all layers where the list is empty.
     pub layers: Vec<String>,
-    /// Most bytes of the file.
+    /// The largest size of the file, bytes.
     pub max_bytes: Option<u64>,
-    /// The JPEG quality, 1 to 100, to encode imagery with anew; as it is in the store where none is stated.
+    /// The JPEG quality, 1 to 100, with which imagery is encoded again; by default imagery stays as it is in the store.
     pub jpeg_quality: Option<u8>,
-    /// The last day on which it may be flown.
+    /// The last day on which the export may be flown.
     pub valid_until: Option<Date>,
-    /// Who signs.
+    /// The key to sign with.
     pub key: Option<SecretKey>,
 }
 
 impl ExportRequest {
-    /// All that lies along routes, as it is in the store, unsigned.
+    /// Makes a request for everything along routes, as it is in the store, unsigned.
     pub fn along(routes: Vec<Route>, corridor_m: f64) -> Self {
         Self {
             routes,
@@ -44,8 +44,8 @@ impl ExportRequest {
         }
     }
 
-    /// How wide the corridor is.
-    pub(super) fn width(&self) -> Width {
-        Width { half_width_m: self.corridor_m, drift: self.drift }
+    /// The width of the corridor.
+    pub(super) fn width(&self) -> CorridorWidth {
+        CorridorWidth { half_width_m: self.corridor_m, drift: self.drift }
     }
 }

@@ -1,21 +1,21 @@
-//! Which tiles of which layers and levels a corridor needs.
+//! Selecting the tiles that a corridor needs, of each layer and level.
 
 use super::corridor::Corridor;
-use super::{ExportError, ExportRequest};
+use super::error::ExportError;
+use super::request::ExportRequest;
 use overfly_core::tile::TileId;
 use overfly_store::{Layer, LayerPart, Reader};
 use std::collections::BTreeSet;
 
-/// Pixels of a level that a search reads past the ground it compares: where a place's standing is weighed (30, more than the
-/// 8 of windows and the rims), and rounding.
+/// Pixels of a level that a search reads past the ground that it compares: 30 to compute a peak's z-score (more than the 8
+/// of windows and their borders), and some for rounding.
 const MARGIN_PX: f64 = 40.0;
 
-/// The tiles of one level that a search within the corridor reads, by row and column: those that meet it, widened by what is
-/// read past it; and the eight around each, for a tile is described with its neighbours' edges. Of the coarsest level all:
-/// still coarser ones are made of it on the spot, whole tiles at a time, and it is small.
+/// Returns the tiles of one level that a search within the corridor reads: those that meet the widened corridor, and the
+/// eight around each, because a tile is described together with its neighbours' edges.
 ///
 /// # Errors
-/// Where the store cannot be read or the route leaves the tile matrix.
+/// [`ExportError`] where the store cannot be read or the route leaves the tile matrix.
 pub fn tiles_of_level(
     store: &Reader,
     layer: &Layer,
@@ -39,7 +39,7 @@ pub fn tiles_of_level(
     Ok(taken)
 }
 
-/// A tile and the eight around it, across the antimeridian but not beyond the poles.
+/// Returns a tile and the eight around it, across the antimeridian but not beyond the poles.
 fn around(tile: TileId) -> impl Iterator<Item = TileId> {
     let matrix = 1i64 << tile.zoom();
     (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(move |(dx, dy)| {
@@ -49,10 +49,11 @@ fn around(tile: TileId) -> impl Iterator<Item = TileId> {
     })
 }
 
-/// What a request takes of every layer that it means, by name. A layer that does not meet the corridor is left out.
+/// Returns the tiles that a request takes of each of its layers, sorted by name. A layer that does not meet the corridor is
+/// left out. The coarsest level is taken whole: still coarser levels are made from its whole tiles in flight, and it is small.
 ///
 /// # Errors
-/// [`ExportError::NothingInCorridor`], a layer that is not there or not finished, or as [`tiles_of_level`].
+/// [`ExportError::NothingInCorridor`], a missing or unfinished layer, or as [`tiles_of_level`].
 pub fn select(store: &Reader, request: &ExportRequest, corridor: &Corridor) -> Result<Vec<LayerPart>, ExportError> {
     let mut layers: Vec<&Layer> = if request.layers.is_empty() {
         store.layers().iter().filter(|l| l.complete).collect()

@@ -1,38 +1,39 @@
-//! What is dropped, and in which order, where an export must be small.
+//! Size reduction: what an export drops, and in which order, where it must be small.
 
 use overfly_core::tile::{TileId, gsd_at};
 use overfly_store::package::Dropped;
 use overfly_store::{Layer, LayerPart};
 
-/// JPEG qualities of imagery that is encoded anew to be smaller (stored it has 90), and what of a hundred fixes over drawn ground of
-/// another season is then not had any more (docs/onboard.md).
+/// JPEG qualities with which imagery is encoded again (it is stored with 90), and how many of a hundred fixes over synthetic
+/// ground of another season are lost (docs/onboard.md).
 const QUALITIES: [(u8, u32); 2] = [(60, 5), (40, 10)];
 
-/// What a quality that the user states does, to be written down.
+/// Returns the effect of a JPEG quality that the user states, for the manifest.
 pub fn stated_quality(quality: u8) -> Dropped {
     let what = format!("imagery's quality: JPEG {quality} instead of 90, as asked");
     let effect = "fixes on ground that has changed are fewer and less exact; docs/onboard.md has figures";
     Dropped { what, effect: effect.into() }
 }
 
-/// The next thing to drop of these parts, taken from them: first the keypoint descriptors, which no fix uses; then whole
-/// layers, the oldest first (of unknown date before all others), down to one; then its finest level,
-/// again and again, down to one level; then its imagery's quality, which costs more fixes and saves less than a level. `None`
-/// where nothing is left that may be dropped.
-pub fn shed(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
+/// Applies the next step of size reduction to the parts and returns its effect; `None` where no step is left.
+///
+/// The order is: the keypoint descriptors, which no fix uses; whole layers, the oldest first (those of unknown date before all
+/// others), down to one; the finest level of that layer, repeatedly, down to one level; the quality of its imagery, which
+/// costs more fixes and saves less than a level.
+pub fn reduce_size(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     if parts.iter().any(|p| p.with_descriptors) {
         parts.iter_mut().for_each(|p| p.with_descriptors = false);
         let effect = "none on fixes; /descriptors of a tile answers 404, and content hashes differ from the source's";
         return Some(Dropped { what: "keypoint descriptors".into(), effect: effect.into() });
     }
     if parts.len() > 1 {
-        return shed_layer(parts, layers);
+        return drop_oldest_layer(parts, layers);
     }
     let part = parts.first_mut()?;
-    if part.base_zoom > part.min_zoom { Some(shed_level(part)) } else { shed_quality(part) }
+    if part.base_zoom > part.min_zoom { Some(drop_finest_level(part)) } else { lower_quality(part) }
 }
 
-fn shed_level(part: &mut LayerPart) -> Dropped {
+fn drop_finest_level(part: &mut LayerPart) -> Dropped {
     let middle = part.tiles.iter().filter(|t| t.zoom() == part.base_zoom).nth(part.tiles.len() / 4);
     let place = middle.or(part.tiles.last()).map(|t| t.centre());
     let gsd = |zoom: u8| place.map_or(0.0, |at| gsd_at(at, zoom).mean_m_per_px());
@@ -51,7 +52,7 @@ fn shed_level(part: &mut LayerPart) -> Dropped {
     dropped
 }
 
-fn shed_quality(part: &mut LayerPart) -> Option<Dropped> {
+fn lower_quality(part: &mut LayerPart) -> Option<Dropped> {
     let (quality, lost) = QUALITIES.into_iter().find(|(lower, _)| part.jpeg_quality.is_none_or(|q| q > *lower))?;
     part.jpeg_quality = Some(quality);
     let what = format!("imagery's quality: JPEG {quality} instead of 90");
@@ -61,7 +62,7 @@ fn shed_quality(part: &mut LayerPart) -> Option<Dropped> {
     Some(Dropped { what, effect })
 }
 
-fn shed_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
+fn drop_oldest_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
     let newest = |p: &LayerPart| {
         let layer = layers.iter().find(|l| l.name == p.name);
         layer.and_then(|l| l.acquired.as_ref()).map(|(_, last)| last.clone())
@@ -107,7 +108,7 @@ mod tests {
             jpeg_quality: None,
         };
         let mut parts: Vec<_> = layers.iter().map(part).collect();
-        let told: Vec<String> = std::iter::from_fn(|| shed(&mut parts, &layers)).map(|d| d.what).collect();
+        let dropped: Vec<String> = std::iter::from_fn(|| reduce_size(&mut parts, &layers)).map(|d| d.what).collect();
         let expected = [
             "keypoint descriptors",
             "layer c (unknown date)",
@@ -116,7 +117,7 @@ mod tests {
             "imagery's quality: JPEG 60 instead of 90",
             "imagery's quality: JPEG 40 instead of 90",
         ];
-        assert_eq!(told, expected);
+        assert_eq!(dropped, expected);
         assert_eq!((parts.len(), parts[0].base_zoom, parts[0].tiles.len()), (1, 13, 1));
     }
 }

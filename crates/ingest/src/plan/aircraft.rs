@@ -1,6 +1,6 @@
-//! `Aircraft`: what `aircraft.toml` says, checked; and the reading of a calibration.
+//! `Aircraft`: the checked content of `aircraft.toml`; and reading a calibration.
 
-use super::PlanError;
+use super::error::PlanError;
 use super::text_file::read_text;
 use overfly_core::camera::Intrinsics;
 use overfly_core::coupling::{Calibration, CouplingError, CouplingParameters, DriftGrowth, ground_extent_m};
@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 /// An aircraft and its camera.
 ///
-/// What the image shows is given in one of three ways: `gsd_m_per_px`; `height_m` and `field_of_view_deg`; or `height_m` and
-/// `camera`. All others are optional but for `speed_mps`, `min_turn_radius_m` and, without a camera, the frame's size.
+/// The scale of the frames is given in one of three ways: `gsd_m_per_px`; `height_m` and `field_of_view_deg`; or `height_m`
+/// and `camera`. The fields `speed_mps`, `min_turn_radius_m` and, without a camera, the frame's size are required; all others
+/// are optional.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Aircraft {
@@ -19,9 +20,9 @@ pub struct Aircraft {
     pub speed_mps: f64,
     /// R_min: smallest turn radius, metres; `inf` for straight flight only.
     pub min_turn_radius_m: f64,
-    /// Columns of a frame, pixels: across the heading.
+    /// Columns of a frame, across the heading, pixels.
     pub width_px: Option<f64>,
-    /// Rows of a frame, pixels: along the heading.
+    /// Rows of a frame, along the heading, pixels.
     pub height_px: Option<f64>,
     /// Ground sample distance of the frames, m/px.
     pub gsd_m_per_px: Option<f64>,
@@ -29,7 +30,7 @@ pub struct Aircraft {
     pub height_m: Option<f64>,
     /// Full field of view along the heading, degrees.
     pub field_of_view_deg: Option<f64>,
-    /// A `camera.toml`, relative to this file.
+    /// The path of a `camera.toml`, relative to this file.
     pub camera: Option<PathBuf>,
     /// Ground sample distance of the map, m/px [default: the store's, or that of the frames].
     pub map_gsd_m_per_px: Option<f64>,
@@ -39,7 +40,7 @@ pub struct Aircraft {
     pub matched_count: Option<f64>,
     /// D_U: drift of one relative registration, metres, one-sided [default: the calibration's at `matched_count`].
     pub unit_drift_m: Option<f64>,
-    /// Error of the stated height as a ratio of it: it stretches every relative displacement, v t0, and so adds to D_U.
+    /// Relative error of the stated height. It scales every relative displacement, v t0, and so adds to D_U.
     #[serde(default)]
     pub height_error_ratio: f64,
     /// `linear` (the paper's n D_U) or `square_root`.
@@ -47,7 +48,7 @@ pub struct Aircraft {
     pub drift_growth: DriftGrowth,
     /// p: measured probability that a fix fails [default: the paper's model, growing with the search's time].
     pub failure_probability: Option<f64>,
-    /// Time since the last fix when the parallel or combined mode begins, seconds.
+    /// Time since the last fix when the parallel or combined mode starts, seconds.
     #[serde(default)]
     pub without_fix_s: f64,
     /// Whether relative and absolute registrations can run at the same time.
@@ -59,7 +60,7 @@ fn yes() -> bool {
     true
 }
 
-/// An aircraft file, its camera looked up: width and height are set.
+/// Reads an aircraft file and the camera file that it names. The frame's width and height are set in the result.
 ///
 /// # Errors
 /// [`PlanError::Unreadable`], [`PlanError::NotAnAircraft`] with the field.
@@ -72,7 +73,7 @@ pub fn read_aircraft(path: &Path) -> Result<Aircraft, PlanError> {
         camera.check().map_err(|e| refuse(format!("camera {}: {e}", beside.display())))?;
         let Some(height_m) = aircraft.height_m else { return Err(refuse("camera needs height_m".into())) };
         if aircraft.gsd_m_per_px.is_some() || aircraft.field_of_view_deg.is_some() {
-            return Err(refuse("camera stands beside gsd_m_per_px or field_of_view_deg: give one of the three".into()));
+            return Err(refuse("camera, gsd_m_per_px and field_of_view_deg exclude each other".into()));
         }
         aircraft.gsd_m_per_px = Some(height_m / camera.focal_length_px);
         aircraft.width_px.get_or_insert(f64::from(camera.width_px));
@@ -82,7 +83,7 @@ pub fn read_aircraft(path: &Path) -> Result<Aircraft, PlanError> {
     Ok(aircraft)
 }
 
-/// A calibration file.
+/// Reads a calibration file.
 ///
 /// # Errors
 /// [`PlanError::Unreadable`], [`PlanError::NotACalibration`] with the field.
@@ -103,7 +104,7 @@ fn missing(name: &'static str, expected: &'static str) -> CouplingError {
 }
 
 impl Aircraft {
-    /// Columns and rows of a frame, pixels.
+    /// Returns the columns and rows of a frame, pixels.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`] where they are not stated.
@@ -117,10 +118,10 @@ impl Aircraft {
         Ok([whole("width_px", self.width_px)?, whole("height_px", self.height_px)?])
     }
 
-    /// Ground sample distance of the frames, m/px.
+    /// Returns the ground sample distance of the frames, m/px.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`] where it is not stated, or twice.
+    /// [`CouplingError::OutOfDomain`] where it is not stated, or stated twice.
     pub fn frame_gsd_m_per_px(&self) -> Result<f64, CouplingError> {
         match (self.gsd_m_per_px, self.height_m, self.field_of_view_deg) {
             (Some(gsd), _, None) => Ok(gsd),
@@ -134,8 +135,8 @@ impl Aircraft {
         }
     }
 
-    /// What the models are reckoned from, with a calibration and the map's ground sample distance (of a store; else the
-    /// file's, else the frames').
+    /// Returns the parameters of the coupling models for a calibration and a ground sample distance of the map, m/px; by
+    /// default the file's, else that of the frames.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`] with the first field that is not stated or out of range.
@@ -197,8 +198,8 @@ mod tests {
     }
 
     #[test]
-    fn the_three_ways_to_say_what_an_image_shows_agree() {
-        // 90 degrees at 240 m see 480 m in 480 rows: 1 m/px; a focal length of 400 px at 400 m does so too.
+    fn the_three_ways_to_state_the_scale_agree() {
+        // 90 degrees at 240 m see 480 m in 480 rows: 1 m/px. So does a focal length of 400 px at 400 m.
         let ways = [
             format!("{PLAIN}gsd_m_per_px = 1\n"),
             format!("{PLAIN}height_m = 240\nfield_of_view_deg = 90\n"),
@@ -215,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn names_the_file_and_the_field_that_cannot_be() {
+    fn names_the_file_and_the_invalid_field() {
         let broken = [
             (format!("{PLAIN}gsd_m_per_px = nan\n"), "gsd_m_per_px"),
             (format!("{PLAIN}gsd_m_per_px = 1\nspeed_kmh = 3\n"), "speed_kmh"),
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_height_drifts_by_its_share_of_every_displacement() {
+    fn a_wrong_height_adds_its_share_of_every_displacement_to_the_drift() {
         let base = format!("{PLAIN}gsd_m_per_px = 1\nunit_drift_m = 0.25\n");
         let p = read(&format!("{base}height_error_ratio = 0.02\n")).unwrap();
         let p = p.parameters(&Calibration::PROJECT, None).unwrap();

@@ -1,5 +1,6 @@
-//! Why nothing can be planned.
+//! `PlanError`: why nothing can be planned.
 
+use crate::remedy::Remedy;
 use overfly_core::coupling::CouplingError;
 use overfly_core::region::RegionError;
 use overfly_store::StoreError;
@@ -9,14 +10,14 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// A file cannot be read.
-    #[error("{path}: cannot be read: {cause}; is the name right?")]
+    #[error("{path}: cannot be read: {cause}")]
     Unreadable {
         /// Which file.
         path: PathBuf,
-        /// What the system says.
+        /// What the operating system says.
         cause: std::io::Error,
     },
-    /// Not an aircraft: what is missing, unknown or of the wrong kind.
+    /// A field of an aircraft file is missing, unknown or of the wrong kind.
     #[error("{path} does not describe an aircraft: {reason}")]
     NotAnAircraft {
         /// Which file.
@@ -24,26 +25,26 @@ pub enum PlanError {
         /// Which field, and what is wrong.
         reason: String,
     },
-    /// Not a calibration.
-    #[error("{path} is no calibration: {reason}")]
+    /// Not a valid calibration file.
+    #[error("{path} is not a calibration: {reason}")]
     NotACalibration {
         /// Which file.
         path: PathBuf,
         /// Which field, and what is wrong.
         reason: String,
     },
-    /// Not a route.
-    #[error("{path} is no route: {reason}; it needs GeoJSON lines, GPX or KML, in WGS84 degrees")]
+    /// Not a valid route.
+    #[error("{path} is not a route: {reason}")]
     NotARoute {
         /// Which file.
         path: PathBuf,
         /// What is wrong.
         reason: String,
     },
-    /// Numbers that together lead where the models do not speak.
+    /// Parameters outside the domain of the coupling models.
     #[error(transparent)]
     Coupling(#[from] CouplingError),
-    /// An image that no region can be made of.
+    /// An image that makes no search region.
     #[error(transparent)]
     Region(#[from] RegionError),
     /// The store cannot be read.
@@ -62,6 +63,16 @@ impl PlanError {
             Self::Coupling(e) => e.code(),
             Self::Region(e) => e.code(),
             Self::Store(e) => e.code(),
+        }
+    }
+
+    /// What the user can do, where that is known. Errors of the store have remedies of their own.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::Unreadable { .. } => Some(Remedy::CheckPath),
+            Self::NotARoute { .. } => Some(Remedy::UseRouteFormat),
+            Self::NotAnAircraft { .. } | Self::NotACalibration { .. } => None,
+            Self::Coupling(_) | Self::Region(_) | Self::Store(_) => None,
         }
     }
 }

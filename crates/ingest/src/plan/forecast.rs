@@ -1,53 +1,31 @@
-//! `Forecast`: what the three modes' models say of one aircraft, and which mode to use.
+//! `Forecast`: the models' results for one aircraft in three coupling modes, and the mode to use.
 
-use super::{Aircraft, PlanError};
+use super::aircraft::Aircraft;
+use super::error::PlanError;
 use overfly_core::coupling::{
-    Calibration, Combined, CouplingError, CouplingParameters, FixedPoints, Parallel, Sequential, mission_within_risk_s,
-    scan_limit_s,
+    Calibration, Combined, CouplingError, CouplingParameters, FixedPoints, Mode, Parallel, Sequential,
+    mission_within_risk_s, scan_limit_s,
 };
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 
-/// The chance of a failure that a mission of [`SequentialForecast::mission_within_risk_s`] has.
+/// The probability of a failure in a mission of [`SequentialForecast::mission_within_risk_s`].
 const RISK: f64 = 0.05;
 
-/// A coupling mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// n relative registrations, then an absolute one.
-    Sequential,
-    /// Both at the same time.
-    Parallel,
-    /// Absolute registrations alone.
-    Combined,
-}
-
-impl Mode {
-    /// As JSON and the command line spell it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sequential => "sequential",
-            Self::Parallel => "parallel",
-            Self::Combined => "combined",
-        }
-    }
-}
-
-/// The models' numbers for one aircraft. In JSON an infinite number is `null`.
+/// The models' results for one aircraft. In JSON an infinite number is `null`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
-    /// What everything is reckoned from; a, b, I, D_U, K1, t0, v, R_min.
+    /// The models' parameters: a, b, I, D_U, K1, t0, v, R_min.
     pub parameters: CouplingParameters,
     /// Ground sample distance of the frames, m/px.
     pub gsd_m_per_px: f64,
-    /// t_lim: two images this far apart share no ground, seconds.
+    /// t_lim: the time after which two images share no ground, seconds.
     pub scan_limit_s: f64,
     /// Equations 1 to 16.
     pub sequential: SequentialForecast,
     /// Equations 17 to 22.
     pub parallel: ParallelForecast,
-    /// Equations 23 to 31, with the areas put right.
+    /// Equations 23 to 31, with the areas corrected.
     pub combined: CombinedForecast,
     /// Which mode to use.
     pub advice: Advice,
@@ -56,15 +34,15 @@ pub struct Forecast {
 /// The sequential mode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SequentialForecast {
-    /// Why it does not work; absent where it does.
+    /// Why the mode does not work; absent where it does.
     pub fails: Option<String>,
     /// v_max (7), m/s.
     pub max_speed_mps: f64,
     /// n_max (8); absent above v_max.
     pub max_relative_count: Option<f64>,
-    /// n_opt (13), whole and at most n_max; absent above v_max.
+    /// n_opt (13), a whole number of at most n_max; absent above v_max.
     pub best_relative_count: Option<u64>,
-    /// sqrt(a b) / (2 D_U), n_opt as printed.
+    /// n_opt as printed in the paper, sqrt(a b) / (2 D_U).
     pub optimal_relative_count_paper: f64,
     /// t_exe at n_opt (4), seconds.
     pub execution_s: Option<f64>,
@@ -74,72 +52,73 @@ pub struct SequentialForecast {
     pub cycle_s: Option<f64>,
     /// p at n_opt (5).
     pub failure_probability: Option<f64>,
-    /// T0_max (16), exact form: less than one failure is expected, seconds.
+    /// T0_max (16) in its exact form: the mission in which one failure is expected, seconds.
     pub max_mission_s: Option<f64>,
-    /// T0_max as printed (I far below a and b), seconds.
+    /// T0_max as printed in the paper (for I far below a and b), seconds.
     pub max_mission_paper_s: f64,
-    /// A mission at n_opt in which a failure happens with at most 5 %, seconds.
+    /// The mission at n_opt in which a failure has a probability of 5 %, seconds.
     pub mission_within_risk_s: Option<f64>,
 }
 
 /// The parallel mode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParallelForecast {
-    /// Why it does not work; absent where it does.
+    /// Why the mode does not work; absent where it does.
     pub fails: Option<String>,
     /// t1 (21), seconds.
     pub stable_s: Option<f64>,
     /// t2 (22): the longest time without a fix from which searches settle, seconds.
     pub unstable_s: Option<f64>,
-    /// Where the sequence leads from `without_fix_s`, seconds.
+    /// The search time at which the sequence settles from `without_fix_s`, seconds.
     pub settles_at_s: Option<f64>,
     /// 𝒩 there (17).
     pub nominal_count: Option<f64>,
-    /// The largest drift with which it settles, metres.
+    /// The largest drift at which searches settle, metres.
     pub max_unit_drift_m: f64,
-    /// b / t0: where relative registrations lose their overlap, m/s.
+    /// b / t0: the speed at which relative registrations lose their overlap, m/s.
     pub max_speed_mps: f64,
 }
 
 /// The combined mode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CombinedForecast {
-    /// Why it does not work; absent where it does.
+    /// Why the mode does not work; absent where it does.
     pub fails: Option<String>,
-    /// Where searches settle, seconds.
+    /// The search time at which searches settle, seconds.
     pub stable_s: Option<f64>,
-    /// The longest time without a fix from which they do, seconds. Where `turned_rad` of it exceeds a quarter of a turn, the
-    /// area is no bound, and this no promise.
+    /// The longest time without a fix from which searches settle, seconds. It is not guaranteed where the aircraft can turn by
+    /// more than a quarter of a turn in that time, because the area is not a bound there.
     pub unstable_s: Option<f64>,
-    /// Where the sequence leads from `without_fix_s`, seconds.
+    /// The search time at which the sequence settles from `without_fix_s`, seconds.
     pub settles_at_s: Option<f64>,
     /// 𝒩 there; absent beyond a quarter of a turn.
     pub nominal_count: Option<f64>,
-    /// What the aircraft can turn during a search there, radians.
+    /// The angle by which the aircraft can turn during a search there, radians.
     pub turned_rad: Option<f64>,
-    /// A quarter of a turn takes this long, seconds: no bound is claimed for longer without a fix.
+    /// The duration of a quarter of a turn, seconds. No bound is claimed for a longer time without a fix.
     pub quarter_turn_s: f64,
-    /// The speed up to which searches settle, m/s.
+    /// The largest speed at which searches settle, m/s.
     pub max_speed_mps: f64,
-    /// The same as printed, b / K1.
+    /// That speed as printed in the paper, b / K1, m/s.
     pub max_speed_paper_mps: f64,
 }
 
 /// Which mode to use.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
-    /// The mode; `None` where none works.
+    /// The mode to use; `None` where no mode works.
     pub mode: Option<Mode>,
     /// Why.
     pub why: String,
 }
 
 impl Forecast {
-    /// The forecast for an aircraft with a calibration, over a map of `map_gsd_m_per_px` (else as the aircraft's file says).
+    /// Makes the forecast for an aircraft with a calibration, over a map of `map_gsd_m_per_px` (by default the one that the
+    /// aircraft's file states).
     ///
     /// # Errors
-    /// [`PlanError::Coupling`] where a number is out of the models' range.
-    pub fn of(
+    /// [`PlanError::Coupling`] where a parameter is outside the models' domain.
+    pub fn new(
         aircraft: &Aircraft,
         calibration: &Calibration,
         map_gsd_m_per_px: Option<f64>,
@@ -152,9 +131,9 @@ impl Forecast {
                 parameters.relative_s
             )
         });
-        let mut sequential = of_sequential(parameters)?;
-        let mut parallel = of_parallel(parameters, aircraft.without_fix_s)?;
-        let combined = of_combined(parameters, aircraft.without_fix_s)?;
+        let mut sequential = forecast_sequential(parameters)?;
+        let mut parallel = forecast_parallel(parameters, aircraft.without_fix_s)?;
+        let combined = forecast_combined(parameters, aircraft.without_fix_s)?;
         if !aircraft.parallel_registrations {
             parallel.fails.get_or_insert_with(|| "parallel_registrations = false".into());
         }
@@ -168,7 +147,7 @@ impl Forecast {
     }
 }
 
-fn of_sequential(parameters: CouplingParameters) -> Result<SequentialForecast, CouplingError> {
+fn forecast_sequential(parameters: CouplingParameters) -> Result<SequentialForecast, CouplingError> {
     let model = Sequential::new(parameters)?;
     let mut found = SequentialForecast {
         fails: None,
@@ -198,7 +177,7 @@ fn of_sequential(parameters: CouplingParameters) -> Result<SequentialForecast, C
     if best < 1 {
         found.fails = Some(format!("n_max is {most:.2}: not one relative registration fits between two absolute ones"));
     }
-    // Without drift n has no limit, and nothing at n_opt a number.
+    // Without drift n has no limit, and nothing at n_opt is finite.
     if most.is_finite() {
         let n = best as f64;
         let (p, cycle_s) = (model.failure_probability(n)?, model.cycle_s(n)?);
@@ -210,7 +189,7 @@ fn of_sequential(parameters: CouplingParameters) -> Result<SequentialForecast, C
     Ok(found)
 }
 
-fn of_parallel(parameters: CouplingParameters, start_s: f64) -> Result<ParallelForecast, CouplingError> {
+fn forecast_parallel(parameters: CouplingParameters, start_s: f64) -> Result<ParallelForecast, CouplingError> {
     let model = Parallel::new(parameters)?;
     let sequence = model.sequence()?;
     let points = sequence.fixed_points();
@@ -226,7 +205,7 @@ fn of_parallel(parameters: CouplingParameters, start_s: f64) -> Result<ParallelF
     })
 }
 
-fn of_combined(parameters: CouplingParameters, start_s: f64) -> Result<CombinedForecast, CouplingError> {
+fn forecast_combined(parameters: CouplingParameters, start_s: f64) -> Result<CombinedForecast, CouplingError> {
     let model = Combined::new(parameters)?;
     let sequence = model.sequence()?;
     let points = sequence.fixed_points();
@@ -256,8 +235,8 @@ fn of_combined(parameters: CouplingParameters, start_s: f64) -> Result<CombinedF
     })
 }
 
-/// Of the modes that work, the one whose absolute registration takes the least time where it settles: it searches the least
-/// ground, and a false fix or none is the less likely. Of equals the first named.
+/// Advises the working mode whose absolute registration takes the least time where it settles. That mode searches the least
+/// ground, so a false or a missing fix is the least likely. The first of equal modes is taken.
 fn advise(s: &SequentialForecast, p: &ParallelForecast, c: &CombinedForecast) -> Advice {
     let modes = [
         (Mode::Parallel, &p.fails, p.settles_at_s, p.nominal_count),
@@ -269,13 +248,13 @@ fn advise(s: &SequentialForecast, p: &ParallelForecast, c: &CombinedForecast) ->
     let told: Vec<String> = modes
         .iter()
         .map(|(mode, fails, time, nominal)| match (fails, time, nominal) {
-            (Some(why), ..) => format!("{}: no, {why}", mode.name()),
-            (None, Some(t), Some(n)) => format!("{}: {t:.3} s a search, of {n:.2} images' worth of map", mode.name()),
-            _ => format!("{}: works without limit of n", mode.name()),
+            (Some(why), ..) => format!("{}: no, {why}", mode.word()),
+            (None, Some(t), Some(n)) => format!("{}: {t:.3} s a search, of {n:.2} images' worth of map", mode.word()),
+            _ => format!("{}: works without limit of n", mode.word()),
         })
         .collect();
     let mode = best.map(|b| b.0);
-    let first = mode.map_or("no mode works".into(), |m| format!("{} searches the least ground", m.name()));
+    let first = mode.map_or("no mode works".into(), |m| format!("{} searches the least ground", m.word()));
     Advice { mode, why: format!("{first}; {}", told.join("; ")) }
 }
 
@@ -289,10 +268,10 @@ mod tests {
     }
 
     #[test]
-    fn the_numbers_are_those_that_simulated_searches_show() {
+    fn agrees_with_simulated_searches() {
         let a = aircraft("speed_mps = 27.8\nunit_drift_m = 1\n");
-        let found = Forecast::of(&a, &Calibration::PROJECT, None).unwrap();
-        // Searches one after another, by the area alone: the parallel mode's 𝒩 of the drift during the last one.
+        let found = Forecast::new(&a, &Calibration::PROJECT, None).unwrap();
+        // Successive searches by the area alone: the parallel mode's 𝒩 from the drift during the previous search.
         let p = found.parameters;
         let mut t = 0.0;
         for _ in 0..1000 {
@@ -301,10 +280,10 @@ mod tests {
                 + p.seconds_per_tile * (p.across_m + edge) * (p.along_m + edge) / (p.across_m * p.along_m);
         }
         assert!((found.parallel.settles_at_s.unwrap() - t).abs() < 1e-9);
-        // 1 m every 0.011 s widens the search faster than 27.8 m/s of flight do; a twentieth of it does not.
+        // A drift of 1 m every 0.011 s widens the search faster than a flight at 27.8 m/s; a twentieth of it does not.
         assert_eq!(found.advice.mode, Some(Mode::Combined));
         let steady = aircraft("speed_mps = 27.8\nunit_drift_m = 0.05\n");
-        let advice = Forecast::of(&steady, &Calibration::PROJECT, None).unwrap().advice;
+        let advice = Forecast::new(&steady, &Calibration::PROJECT, None).unwrap().advice;
         assert_eq!(advice.mode, Some(Mode::Parallel));
         // At v_max a search without drift takes as long as the flight over one image.
         let area = (p.across_m + p.inaccuracy_m) * (p.along_m + p.inaccuracy_m) / (p.across_m * p.along_m);
@@ -313,25 +292,25 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_work_is_said_and_not_advised() {
+    fn a_mode_that_cannot_work_is_not_advised() {
         let one_core = aircraft("speed_mps = 27.8\nparallel_registrations = false\n");
-        let found = Forecast::of(&one_core, &Calibration::PROJECT, None).unwrap();
+        let found = Forecast::new(&one_core, &Calibration::PROJECT, None).unwrap();
         assert!(found.parallel.fails.is_some() && found.advice.mode != Some(Mode::Parallel), "{:?}", found.advice);
         let hopeless = aircraft("speed_mps = 1e6\n");
-        let found = Forecast::of(&hopeless, &Calibration::PROJECT, None).unwrap();
+        let found = Forecast::new(&hopeless, &Calibration::PROJECT, None).unwrap();
         assert_eq!(found.advice.mode, None);
         assert!(found.sequential.fails.is_some() && found.parallel.fails.is_some() && found.combined.fails.is_some());
-        // Turning on the spot within a search: the area is no bound, and the mode is not claimed to work.
+        // With turns on the spot within a search the area is not a bound, and the mode is not claimed to work.
         let mut nimble = aircraft("speed_mps = 27.8\nwithout_fix_s = 60\n");
         nimble.min_turn_radius_m = 1.0;
-        let found = Forecast::of(&nimble, &Calibration::PROJECT, None).unwrap();
+        let found = Forecast::new(&nimble, &Calibration::PROJECT, None).unwrap();
         assert!(found.combined.fails.is_some(), "{:?}", found.combined);
     }
 
     #[test]
     fn without_drift_nothing_limits_n() {
         let still = aircraft("speed_mps = 27.8\nunit_drift_m = 0\n");
-        let found = Forecast::of(&still, &Calibration::PROJECT, None).unwrap();
+        let found = Forecast::new(&still, &Calibration::PROJECT, None).unwrap();
         assert_eq!(found.sequential.max_relative_count, Some(f64::INFINITY));
         assert!(found.advice.mode.is_some() && found.sequential.fails.is_none());
     }

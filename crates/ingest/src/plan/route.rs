@@ -1,17 +1,17 @@
-//! Routes read from GeoJSON, GPX and KML.
+//! Reading routes from GeoJSON, GPX and KML.
 
 mod geojson;
 mod xml;
 
-use super::PlanError;
+use super::error::PlanError;
 use super::text_file::read_text;
 use overfly_core::route::Route;
 use std::path::Path;
 
-/// The one route of a file; see [`read_routes`].
+/// Reads the route of a file that has one; see [`read_routes`].
 ///
 /// # Errors
-/// As [`read_routes`], and where there are several.
+/// As [`read_routes`]; [`PlanError::NotARoute`] where the file has several.
 pub fn read_route(path: &Path) -> Result<Route, PlanError> {
     let mut routes = read_routes(path)?;
     match (routes.pop(), routes.len()) {
@@ -23,8 +23,8 @@ pub fn read_route(path: &Path) -> Result<Route, PlanError> {
     }
 }
 
-/// The routes of a file, GeoJSON, GPX or KML: the planned one first, its alternates after it. Lines that begin where the one
-/// before ends are its further legs.
+/// Reads the routes of a GeoJSON, GPX or KML file: the planned one first, then its alternates. A line that begins where the
+/// previous one ends continues that route.
 ///
 /// # Errors
 /// [`PlanError::Unreadable`], [`PlanError::NotARoute`].
@@ -34,19 +34,19 @@ pub fn read_routes(path: &Path) -> Result<Vec<Route>, PlanError> {
     parse_routes(&text).map_err(refuse)
 }
 
-/// The routes of a text: GeoJSON, GPX or KML, by what it begins with.
+/// Parses the routes of a text, whose beginning tells GeoJSON from GPX and KML.
 ///
 /// # Errors
-/// What is wrong with it, for people.
+/// What is wrong with the text, for people.
 pub fn parse_routes(text: &str) -> Result<Vec<Route>, String> {
     let begin = text.trim_start_matches('\u{feff}').trim_start();
     Route::from_lines(if begin.starts_with('<') { xml::lines(begin)? } else { geojson::lines(begin)? })
 }
 
-/// The route of a text that holds one.
+/// Parses the route of a text that has one.
 ///
 /// # Errors
-/// As [`parse_routes`], and where there are several.
+/// As [`parse_routes`], and where the text has several.
 pub fn parse_route(text: &str) -> Result<Route, String> {
     let mut routes = parse_routes(text)?;
     let one = routes.len() == 1;
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn says_what_is_no_route() {
+    fn refuses_invalid_routes() {
         let wrong = [
             ("", "EOF"),
             ("{}", "no GeoJSON type"),

@@ -1,15 +1,15 @@
-//! What changes if a constant does.
+//! `Sensitivity`: how the forecasts change with one parameter.
 
-use super::PlanError;
+use super::error::PlanError;
 use overfly_core::coupling::{Combined, CouplingParameters, Parallel, Sequential};
 use serde::Serialize;
 
-/// The models with one parameter multiplied.
+/// The forecasts with one parameter multiplied.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// Which: `seconds_per_tile` (K1), `search_constant_s`, `unit_drift_m` (D_U), `relative_s` (t0) or `inaccuracy_m` (I).
+    /// The parameter: `seconds_per_tile` (K1), `search_constant_s`, `unit_drift_m` (D_U), `relative_s` (t0) or `inaccuracy_m` (I).
     pub parameter: &'static str,
-    /// By what.
+    /// The factor.
     pub factor: f64,
     /// v_max of the sequential mode, m/s.
     pub sequential_max_speed_mps: f64,
@@ -17,21 +17,21 @@ pub struct Sensitivity {
     pub max_relative_count: Option<f64>,
     /// T0_max, seconds; absent above v_max.
     pub max_mission_s: Option<f64>,
-    /// Where the parallel mode settles, seconds; absent where it does not.
+    /// The search time at which the parallel mode settles, seconds; absent where it does not.
     pub parallel_stable_s: Option<f64>,
     /// v_max of the combined mode, m/s.
     pub combined_max_speed_mps: f64,
 }
 
-/// Each parameter is multiplied by these.
+/// The factors by which each parameter is multiplied.
 pub const FACTORS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
 type Scale = fn(&mut CouplingParameters, f64);
 
-/// Every parameter with every factor.
+/// Returns the forecasts for every parameter and every factor.
 ///
 /// # Errors
-/// [`PlanError::Coupling`] where a multiplied parameter leaves the models' range.
+/// [`PlanError::Coupling`] where a multiplied parameter leaves the models' domain.
 pub fn sensitivity(parameters: CouplingParameters) -> Result<Vec<Sensitivity>, PlanError> {
     let scales: [(&str, Scale); 5] = [
         ("seconds_per_tile", |p, f| p.seconds_per_tile *= f),
@@ -83,14 +83,14 @@ mod tests {
         let found = sensitivity(parameters).unwrap();
         assert_eq!(found.len(), 25);
         for name in ["seconds_per_tile", "unit_drift_m", "inaccuracy_m"] {
-            let of: Vec<_> = found.iter().filter(|s| s.parameter == name).collect();
-            for pair in of.windows(2) {
+            let rows: Vec<_> = found.iter().filter(|s| s.parameter == name).collect();
+            for pair in rows.windows(2) {
                 assert!(pair[1].sequential_max_speed_mps <= pair[0].sequential_max_speed_mps);
                 assert!(pair[1].max_relative_count <= pair[0].max_relative_count);
                 assert!(pair[1].combined_max_speed_mps <= pair[0].combined_max_speed_mps);
             }
         }
-        // With no constant v_max is inverse to K1 (7).
+        // Without the constant v_max is inversely proportional to K1 (7).
         let bare = sensitivity(CouplingParameters { search_constant_s: 0.0, ..parameters }).unwrap();
         assert!((bare[0].sequential_max_speed_mps / bare[4].sequential_max_speed_mps - 16.0).abs() < 1e-9);
     }

@@ -1,6 +1,6 @@
-//! `Affine`: pixels to plane coordinates and back.
+//! `Affine`: the geotransform, from pixels to plane coordinates and back.
 
-/// x = origin_x + column * column_x + row * row_x, y likewise; pixels counted from the corner of the first pixel.
+/// x = origin_x + column * column_x + row * row_x, and y likewise. Pixels count from the corner of the first pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Affine {
     pub origin: [f64; 2],
@@ -9,13 +9,13 @@ pub(super) struct Affine {
 }
 
 impl Affine {
-    /// The same with the origin moved from the first pixel's centre to its corner.
+    /// Returns the transform with its origin moved from the first pixel's centre to its corner.
     pub fn corner_based(self) -> Self {
         let origin = std::array::from_fn(|i| self.origin[i] - 0.5 * (self.column[i] + self.row[i]));
         Self { origin, ..self }
     }
 
-    /// What is wrong with it, if anything: not finite, or without an inverse.
+    /// Returns what is wrong with the transform, if anything: it is not finite, or has no inverse.
     pub fn fault(&self) -> Option<String> {
         let all = [self.origin, self.column, self.row].concat();
         if all.iter().any(|v| !v.is_finite()) {
@@ -23,7 +23,7 @@ impl Affine {
         }
         let scale = self.column[0].abs().max(self.column[1].abs()) * self.row[0].abs().max(self.row[1].abs());
         let det = self.determinant();
-        // Rounding leaves 1e-16 of the products; a pixel squeezed a million times is not an image either.
+        // Rounding leaves 1e-16 of the products; pixels squeezed by more than 10^6 make no image either.
         if !det.is_normal() || det.abs() < scale * 1e-6 {
             return Some(format!("the geotransform is singular: pixel axes {:?} and {:?}", self.column, self.row));
         }
@@ -38,7 +38,7 @@ impl Affine {
         self.column[0] * self.row[1] - self.row[0] * self.column[1]
     }
 
-    /// Plane coordinates of a pixel position.
+    /// Returns the plane coordinates of a pixel position.
     pub fn plane_from_pixel(&self, x_px: f64, y_px: f64) -> (f64, f64) {
         (
             self.origin[0] + x_px * self.column[0] + y_px * self.row[0],
@@ -46,7 +46,7 @@ impl Affine {
         )
     }
 
-    /// Pixel position of plane coordinates. The transform has no [`fault`](Self::fault).
+    /// Returns the pixel position of plane coordinates. The transform must have no [`fault`](Self::fault).
     pub fn pixel_from_plane(&self, x: f64, y: f64) -> (f64, f64) {
         let (dx, dy, det) = (x - self.origin[0], y - self.origin[1], self.determinant());
         ((dx * self.row[1] - dy * self.row[0]) / det, (dy * self.column[0] - dx * self.column[1]) / det)
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn finds_fault_with_what_has_no_inverse() {
+    fn finds_transforms_without_an_inverse() {
         let good = Affine { origin: [0.0; 2], column: [1.0, 0.0], row: [0.0, -1.0] };
         assert!(good.fault().is_none());
         for bad in [

@@ -1,26 +1,26 @@
-//! `Block` and `BlockCache`: decoded pieces of sources, held within a bound.
+//! `PixelBlock`: a decoded rectangle of a source; `BlockSource`: a file that is decoded by blocks; `BlockCache`: an LRU cache.
 
-use super::RasterError;
-use std::collections::HashMap;
+use super::error::RasterError;
+use lru::LruCache;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 /// A decoded rectangle of a source: 8-bit gray, gray + validity, RGB, or RGB + validity, interleaved by `channels`
 /// (1, 2, 3, 4). Validity is 0 or 255; invalid pixels hold zeros.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(super) struct PixelBlock {
     pub width_px: usize,
     pub height_px: usize,
     pub channels: usize,
     pub data: Vec<u8>,
 }
 
-impl Block {
-    /// A rectangle without one valid pixel.
+impl PixelBlock {
+    /// Makes a rectangle without a valid pixel.
     pub fn missing(width_px: usize, height_px: usize) -> Self {
         Self { width_px, height_px, channels: 2, data: vec![0; width_px * height_px * 2] }
     }
 
-    /// Whether a validity channel is kept.
+    /// Whether the block has a validity channel.
     pub fn has_validity(&self) -> bool {
         self.channels.is_multiple_of(2)
     }
@@ -28,54 +28,55 @@ impl Block {
 
 /// One resolution of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Level {
+pub(super) struct RasterLevel {
     pub width_px: u64,
     pub height_px: u64,
-    /// Size of its blocks; those at the right and lower edge are cut off.
+    /// Width of its blocks; those at the right edge are narrower.
     pub block_width_px: u64,
+    /// Height of its blocks; those at the lower edge are lower.
     pub block_height_px: u64,
 }
 
-/// What decodes a file by blocks.
+/// A file that is decoded by blocks.
 pub(super) trait BlockSource: Send + Sync {
-    /// Full resolution first, then overviews, finer before coarser.
-    fn levels(&self) -> &[Level];
-    /// Whether decoding stays on its thread. Else it may run other work of the same thread pool meanwhile, and no one
-    /// may wait for it: that work could be the one waiting.
+    /// The resolutions: full resolution first, then overviews, finer before coarser.
+    fn levels(&self) -> &[RasterLevel];
+    /// Whether decoding stays on the calling thread. Otherwise the thread may run other work of its pool meanwhile, so no
+    /// thread may wait for it: the work that it runs could be the one that waits.
     fn decodes_alone(&self) -> bool;
-    /// Whether nothing of a block was ever written, known without decoding it: whole regions of a sparse file are.
+    /// Whether a block was never written, known without decoding it. Sparse files have whole regions of such blocks.
     fn is_missing(&self, _level: usize, _column: u64, _row: u64) -> bool {
         false
     }
     /// Decodes one block; `column`, `row` count blocks.
-    fn read(&self, level: usize, column: u64, row: u64) -> Result<Block, RasterError>;
+    fn read(&self, level: usize, column: u64, row: u64) -> Result<PixelBlock, RasterError>;
 }
 
-/// Decoded blocks of any number of sources, least recently used out first.
+/// An LRU cache of decoded blocks of any number of sources, bounded in bytes.
 ///
-/// Two threads that want the same block of a file that is decoded whole decode it once. The bound holds for what is kept; beyond it stand only the
-/// blocks in use, and a single block that is itself larger than the bound.
+/// Two threads that need the same block of a file decode it once, where that file's decoder stays on its thread. Blocks in
+/// use, and a single block larger than the bound, may exceed the bound.
 pub struct BlockCache {
     capacity_bytes: usize,
-    state: Mutex<State>,
+    state: Mutex<CacheState>,
 }
 
-type Slot = Arc<Mutex<Option<Arc<Block>>>>;
+/// A block, or the place where the thread that decodes it will put it.
+type Slot = Arc<Mutex<Option<Arc<PixelBlock>>>>;
 /// Source, level, block column, block row.
 pub(super) type BlockKey = (u64, usize, u64, u64);
 
-#[derive(Default)]
-struct State {
-    slots: HashMap<BlockKey, Entry>,
+struct CacheState {
+    blocks: LruCache<BlockKey, CachedBlock>,
     kept_bytes: usize,
-    clock: u64,
     sources: u64,
 }
 
-struct Entry {
+#[derive(Default)]
+struct CachedBlock {
     slot: Slot,
+    /// 0 until the block is decoded.
     bytes: usize,
-    last_used: u64,
 }
 
 impl std::fmt::Debug for BlockCache {
@@ -92,26 +93,27 @@ impl Default for BlockCache {
 }
 
 impl BlockCache {
-    /// A cache that keeps at most `capacity_bytes` of decoded pixels.
+    /// Makes a cache that keeps at most `capacity_bytes` of decoded pixels.
     pub fn new(capacity_bytes: usize) -> Self {
-        Self { capacity_bytes, state: Mutex::default() }
+        let state = CacheState { blocks: LruCache::unbounded(), kept_bytes: 0, sources: 0 };
+        Self { capacity_bytes, state: Mutex::new(state) }
     }
 
-    /// A number for a new source's keys.
+    /// Returns a new number for the keys of a source.
     pub(super) fn new_source(&self) -> u64 {
         let mut state = self.state();
         state.sources += 1;
         state.sources
     }
 
-    /// The block of a key, read by `read` where it is not kept. Where another thread is reading it, its result is
-    /// waited for, or, without `may_wait`, it is read once more. A failed read is not remembered.
+    /// Returns the block of a key, decoded by `read` where it is not cached. Where another thread is decoding it, this one
+    /// waits for the result, or, without `may_wait`, decodes it again. A failed read is not cached.
     pub(super) fn get(
         &self,
         key: BlockKey,
         may_wait: bool,
-        read: impl FnOnce() -> Result<Block, RasterError>,
-    ) -> Result<Arc<Block>, RasterError> {
+        read: impl FnOnce() -> Result<PixelBlock, RasterError>,
+    ) -> Result<Arc<PixelBlock>, RasterError> {
         let slot = self.slot(key);
         let mut held = match slot.try_lock() {
             Ok(held) => held,
@@ -131,37 +133,32 @@ impl BlockCache {
                 Ok(block)
             }
             Err(error) => {
-                self.state().slots.remove(&key);
+                self.state().blocks.pop(&key);
                 Err(error)
             }
         }
     }
 
     fn slot(&self, key: BlockKey) -> Slot {
-        let mut state = self.state();
-        state.clock += 1;
-        let now = state.clock;
-        let entry = state.slots.entry(key).or_insert_with(|| Entry { slot: Slot::default(), bytes: 0, last_used: now });
-        entry.last_used = now;
-        entry.slot.clone()
+        self.state().blocks.get_or_insert_mut(key, CachedBlock::default).slot.clone()
     }
 
-    /// Counts a block just read, and drops the oldest others beyond the bound.
+    /// Counts a block that was just decoded, and evicts the least recently used others beyond the bound.
     fn account(&self, key: BlockKey, bytes: usize) {
         let mut state = self.state();
-        if let Some(entry) = state.slots.get_mut(&key) {
-            let before = std::mem::replace(&mut entry.bytes, bytes);
+        if let Some(cached) = state.blocks.peek_mut(&key) {
+            let before = std::mem::replace(&mut cached.bytes, bytes);
             state.kept_bytes = state.kept_bytes + bytes - before;
         }
         while state.kept_bytes > self.capacity_bytes {
-            let others = state.slots.iter().filter(|(k, e)| **k != key && e.bytes > 0);
-            let Some(oldest) = others.min_by_key(|(_, e)| e.last_used).map(|(k, _)| *k) else { break };
-            let dropped = state.slots.remove(&oldest).expect("its key was just found");
-            state.kept_bytes -= dropped.bytes;
+            // Only blocks that other threads are decoding are skipped, so this looks at a few entries at most.
+            let oldest = state.blocks.iter().rev().find(|(k, cached)| **k != key && cached.bytes > 0).map(|(k, _)| *k);
+            let Some(evicted) = oldest.and_then(|oldest| state.blocks.pop(&oldest)) else { break };
+            state.kept_bytes -= evicted.bytes;
         }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, CacheState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -172,8 +169,8 @@ mod tests {
     use std::path::Path;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    fn block(bytes: usize) -> Block {
-        Block { width_px: bytes, height_px: 1, channels: 1, data: vec![7; bytes] }
+    fn block(bytes: usize) -> PixelBlock {
+        PixelBlock { width_px: bytes, height_px: 1, channels: 1, data: vec![7; bytes] }
     }
 
     #[test]
@@ -190,7 +187,7 @@ mod tests {
         for n in [1, 2, 1, 3, 1, 2] {
             get(n);
         }
-        // 3 pushes out 2, which is then read again.
+        // 3 evicts 2, which is then read again.
         assert_eq!(reads.load(Ordering::Relaxed), 4);
         assert!(cache.state().kept_bytes <= 250);
     }
@@ -216,7 +213,7 @@ mod tests {
     #[test]
     fn forgets_a_failed_read() {
         let cache = BlockCache::new(1000);
-        let fail = || Err(RasterError::damaged(Path::new("a.tif"), "torn"));
+        let fail = || Err(RasterError::damaged(Path::new("a.tif"), "truncated"));
         assert!(cache.get((1, 0, 0, 0), true, fail).is_err());
         assert!(cache.get((1, 0, 0, 0), true, || Ok(block(10))).is_ok());
     }

@@ -1,115 +1,116 @@
-//! `RasterError`: why a source cannot be used. Every message names the file and, where one is known, the remedy.
+//! `RasterError`: why a source cannot be used. Every message names the file.
 
 use crate::crs::CrsError;
+use crate::remedy::Remedy;
 use std::path::{Path, PathBuf};
 
 /// Why a source cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RasterError {
-    /// The operating system says no.
+    /// The operating system cannot read it.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// The system's own words.
+        /// What the operating system says.
         source: std::io::Error,
     },
-    /// A folder without one orthophoto in it.
+    /// A folder that holds no orthophoto.
     #[error("{}: no orthophoto in this folder (looked for {looked_for})", path.display())]
     NothingFound {
         /// The folder.
         path: PathBuf,
-        /// Extensions.
+        /// The extensions that were looked for.
         looked_for: String,
     },
-    /// A pipe, a device, a socket.
-    #[error("{}: no regular file but a pipe or a device; copy what it gives to a file first", path.display())]
+    /// A pipe, a device or a socket.
+    #[error("{}: not a regular file but a pipe or a device", path.display())]
     NoRegularFile {
-        /// What was named.
+        /// The path given.
         path: PathBuf,
     },
-    /// Not a format that is read here.
-    #[error("{}: not a GeoTIFF, PNG or JPEG ({reason}); convert it with gdal_translate -of COG, or build overfly with --features gdal", path.display())]
+    /// The format is not supported.
+    #[error("{}: not a GeoTIFF, PNG or JPEG ({reason})", path.display())]
     Format {
         /// The file.
         path: PathBuf,
-        /// What was seen.
+        /// What the file holds instead.
         reason: String,
     },
-    /// The file contradicts itself or ends early.
-    #[error("{}: damaged: {reason}; fetch it again, or see what gdalinfo -checksum says", path.display())]
+    /// The file contradicts itself or is truncated.
+    #[error("{}: damaged: {reason}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
         /// What is wrong.
         reason: String,
     },
-    /// A valid file of a kind that is not read here.
-    #[error("{}: {reason}; convert it with {remedy}", path.display())]
+    /// A valid file that uses an unsupported feature of its format.
+    #[error("{}: {reason}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What is not read.
+        /// What is not supported.
         reason: String,
-        /// What makes it readable.
-        remedy: &'static str,
+        /// What the user can do.
+        remedy: Remedy,
     },
-    /// More memory than a source may take.
-    #[error("{}: {reason}; convert it with gdal_translate -of COG, which is read by blocks", path.display())]
+    /// Reading the source would take too much memory.
+    #[error("{}: {reason}", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
         /// What is too large, with the limit.
         reason: String,
     },
-    /// Nothing says where the image lies.
-    #[error("{}: no georeference: {missing}", path.display())]
+    /// The source states no position.
+    #[error("{}: no georeference: it has neither tags nor a world file that place it", path.display())]
     NoGeoreference {
         /// The file.
         path: PathBuf,
-        /// What was looked for, and the remedy.
-        missing: String,
     },
-    /// What says where it lies makes no sense.
+    /// The position that the source states is impossible.
     #[error("{}: its georeference is unusable: {reason}", path.display())]
     BadGeoreference {
-        /// The file, or the side file that says so.
+        /// The file, or the side file that holds the georeference.
         path: PathBuf,
         /// What is wrong.
         reason: String,
+        /// What the user can do, where that is known.
+        remedy: Option<Remedy>,
     },
-    /// Coordinates without a system.
-    #[error("{}: states no coordinate reference system{detail}; pass it with --crs EPSG", path.display())]
+    /// The source has coordinates and no coordinate reference system.
+    #[error("{}: states no coordinate reference system{detail}", path.display())]
     NoCrs {
         /// The file.
         path: PathBuf,
-        /// What was seen instead; starts with a separator.
+        /// What the file states instead; starts with a separator.
         detail: String,
     },
-    /// A system that cannot be projected.
+    /// The coordinate reference system cannot be projected.
     #[error("{}: {source}", path.display())]
     Crs {
         /// The file.
         path: PathBuf,
-        /// Which, why, remedy.
+        /// Which system, and why.
         source: CrsError,
     },
-    /// More than 8 bits, and nothing says what is black and what white.
-    #[error("{}: its samples are {samples}; say which values are shown as black and white with --stretch LO,HI (gdalinfo -stats shows their range)", path.display())]
+    /// Samples of more than 8 bits, without values for black and white.
+    #[error("{}: its samples are {samples}, and no values are stated for black and white", path.display())]
     NeedsStretch {
         /// The file.
         path: PathBuf,
         /// "16-bit unsigned", ...
         samples: String,
     },
-    /// A stretch that stretches nothing.
+    /// A stretch whose bounds are not finite or not in order.
     #[error("{}: the stretch {low},{high} is not two finite numbers, the lower first", path.display())]
     BadStretch {
         /// The file.
         path: PathBuf,
-        /// Shown as 0.
+        /// The value shown as 0.
         low: f64,
-        /// Shown as 255.
+        /// The value shown as 255.
         high: f64,
     },
 }
@@ -134,6 +135,23 @@ impl RasterError {
         }
     }
 
+    /// What the user can do, where that is known.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::Io { .. } | Self::NothingFound { .. } | Self::BadStretch { .. } => None,
+            Self::NoRegularFile { .. } => Some(Remedy::CopyToFile),
+            Self::Format { .. } => Some(Remedy::ConvertToCogOrUseGdal),
+            Self::Damaged { .. } => Some(Remedy::FetchAgain),
+            Self::Unsupported { remedy, .. } => Some(remedy.clone()),
+            Self::TooLarge { .. } => Some(Remedy::ConvertToCog),
+            Self::NoGeoreference { .. } => Some(Remedy::WriteGeoreference),
+            Self::BadGeoreference { remedy, .. } => remedy.clone(),
+            Self::NoCrs { .. } => Some(Remedy::StateCrs),
+            Self::Crs { source, .. } => source.remedy(),
+            Self::NeedsStretch { .. } => Some(Remedy::StateStretch),
+        }
+    }
+
     pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), source }
     }
@@ -142,8 +160,8 @@ impl RasterError {
         Self::Damaged { path: path.into(), reason: reason.into() }
     }
 
-    pub(super) fn bad_georeference(path: &Path, reason: impl Into<String>) -> Self {
-        Self::BadGeoreference { path: path.into(), reason: reason.into() }
+    pub(super) fn bad_georeference(path: &Path, reason: impl Into<String>, remedy: Option<Remedy>) -> Self {
+        Self::BadGeoreference { path: path.into(), reason: reason.into(), remedy }
     }
 
     pub(super) fn crs(path: &Path, source: CrsError) -> Self {
@@ -151,7 +169,7 @@ impl RasterError {
     }
 }
 
-/// Runs a third party's decoder on bytes that may be hostile: a panic in it is a damaged file, not a dead program.
+/// Runs a decoder of another crate on bytes that may be hostile. A panic in it becomes [`RasterError::Damaged`].
 pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, RasterError>) -> Result<T, RasterError> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work))
         .unwrap_or_else(|_| Err(RasterError::damaged(path, "its contents made the decoder fail")))

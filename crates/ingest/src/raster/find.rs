@@ -1,32 +1,32 @@
-//! Which files of a list of files and folders are orthophotos, and what a source's content hashes to.
+//! Finding orthophotos among files and folders, and hashing a source's content.
 
-use super::RasterError;
+use super::error::RasterError;
 use super::side_files::side_files;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Extensions that a folder is searched for.
+/// Extensions of the files that a folder is searched for.
 const EXTENSIONS: &[&str] = &["tif", "tiff", "gtiff", "png", "jpg", "jpeg"];
-/// And those that GDAL adds.
+/// Extensions that the feature `gdal` adds.
 const GDAL_EXTENSIONS: &[&str] = &["jp2", "j2k", "vrt", "ecw", "img", "sid", "nitf", "ntf"];
 
-/// What was found among files and folders.
+/// Orthophotos found among files and folders.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct FoundSources {
     /// Orthophotos, each once, sorted by path.
     pub files: Vec<PathBuf>,
-    /// What below a folder cannot be looked at: folders that are closed, links to orthophotos that lead nowhere.
+    /// Entries below a folder that cannot be read: closed folders, and dangling links named like orthophotos.
     pub unreadable: Vec<(PathBuf, RasterError)>,
 }
 
-/// The orthophotos among files and folders: files as they are named, folders with everything below them by extension
-/// (hidden files left out).
+/// Returns the orthophotos among files and folders. A file is taken whatever its name; a folder is searched recursively by
+/// extension, without hidden files.
 ///
 /// # Errors
 /// [`RasterError::Io`] for a path that cannot be read, [`RasterError::NoRegularFile`] for pipes and devices (reading
-/// one may never end), [`RasterError::NothingFound`] for a folder without any.
-pub fn find_sources(paths: &[PathBuf]) -> Result<Found, RasterError> {
-    let mut found = Found::default();
+/// one may never end), [`RasterError::NothingFound`] for a folder without an orthophoto.
+pub fn find_sources(paths: &[PathBuf]) -> Result<FoundSources, RasterError> {
+    let mut found = FoundSources::default();
     for path in paths {
         let kind = std::fs::metadata(path).map_err(|e| RasterError::io(path, e))?;
         if kind.is_file() {
@@ -37,7 +37,7 @@ pub fn find_sources(paths: &[PathBuf]) -> Result<Found, RasterError> {
             return Err(RasterError::NoRegularFile { path: path.clone() });
         }
         let before = found.files.len() + found.unreadable.len();
-        // A link that leads back up ends the walk there; it holds nothing new.
+        // A link to a parent folder ends the walk there: it holds nothing new.
         let visible = |e: &walkdir::DirEntry| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b".");
         for entry in walkdir::WalkDir::new(path).follow_links(true).into_iter().filter_entry(visible) {
             match entry {
@@ -46,11 +46,11 @@ pub fn find_sources(paths: &[PathBuf]) -> Result<Found, RasterError> {
                 }
                 Ok(_) => {}
                 Err(e) if e.loop_ancestor().is_some() => {}
-                Err(e) => found.unreadable.extend(worth_naming(path, e)),
+                Err(e) => found.unreadable.extend(unreadable_entry(path, e)),
             }
         }
         if found.files.len() + found.unreadable.len() == before {
-            return Err(RasterError::NothingFound { path: path.clone(), looked_for: searched().join(", ") });
+            return Err(RasterError::NothingFound { path: path.clone(), looked_for: searched_extensions().join(", ") });
         }
     }
     found.files.sort();
@@ -58,25 +58,26 @@ pub fn find_sources(paths: &[PathBuf]) -> Result<Found, RasterError> {
     Ok(found)
 }
 
-/// What the walk could not look at, unless it is a link to nowhere that is not called as an orthophoto is.
-fn worth_naming(folder: &Path, error: walkdir::Error) -> Option<(PathBuf, RasterError)> {
+/// Returns an entry that cannot be read with its error, unless it is a dangling link that is not named like an orthophoto.
+fn unreadable_entry(folder: &Path, error: walkdir::Error) -> Option<(PathBuf, RasterError)> {
     let at = error.path().unwrap_or(folder).to_path_buf();
     let is_link = std::fs::symlink_metadata(&at).is_ok_and(|kind| kind.is_symlink());
-    let source = error.into_io_error().unwrap_or_else(|| std::io::Error::other("it cannot be walked"));
+    let source = error.into_io_error().unwrap_or_else(|| std::io::Error::other("the entry cannot be read"));
     (!is_link || is_candidate(&at)).then(|| (at.clone(), RasterError::io(&at, source)))
 }
 
-fn searched() -> Vec<&'static str> {
+fn searched_extensions() -> Vec<&'static str> {
     let more = if cfg!(feature = "gdal") { GDAL_EXTENSIONS } else { &[] };
     EXTENSIONS.iter().chain(more).copied().collect()
 }
 
 fn is_candidate(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    extension.is_some_and(|e| searched().contains(&e.as_str()))
+    extension.is_some_and(|e| searched_extensions().contains(&e.as_str()))
 }
 
-/// BLAKE3 of a source's file and of the files beside it that place or mask it. The file's name does not enter.
+/// Returns the BLAKE3 hash of a source's file and of the files beside it that place or mask it. The names of the files do
+/// not count.
 ///
 /// # Errors
 /// [`RasterError::Io`].
@@ -96,7 +97,7 @@ fn file_hash(path: &Path) -> Result<[u8; 32], RasterError> {
     let len = file.metadata().map_err(io)?.len();
     hasher.update_reader(file).map_err(io)?;
     if hasher.count() < len {
-        // A read that ended too early: a hash of less would be that of another source.
+        // The read ended too early. A hash of fewer bytes would be that of another source.
         return Err(io(std::io::ErrorKind::UnexpectedEof.into()));
     }
     Ok(*hasher.finalize().as_bytes())
@@ -133,7 +134,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_to_nowhere_is_named_and_the_rest_is_found() {
+    fn a_dangling_link_is_reported_and_the_rest_is_found() {
         use std::os::unix::fs::symlink;
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path();
@@ -151,7 +152,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_device_is_no_source() {
+    fn refuses_a_device() {
         let error = find_sources(&["/dev/zero".into()]).unwrap_err();
         assert_eq!(error.code(), "source_no_regular_file");
     }

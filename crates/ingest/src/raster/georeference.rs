@@ -1,38 +1,41 @@
-//! `Georeference`: where a source's pixels lie on the earth.
+//! `Georeference`: the position of a source's pixels on the earth.
 
-use super::RasterError;
 use super::affine::Affine;
-use crate::crs::Crs;
+use super::error::RasterError;
+use crate::crs::{Crs, CrsError};
+use crate::remedy::Remedy;
 use overfly_core::geodesy::{Geodetic, LocalFrame, MAX_LATITUDE_DEG, MercatorPoint, WORLD_M};
 use std::path::Path;
 
-/// Points along each side of an outline: a side of 1,000 km bends by at most a few hundred metres between them.
+/// Points along each side of an outline. Between them a side of 1,000 km bends by at most a few hundred metres.
 const POINTS_PER_SIDE: u32 = 32;
 
-/// A source's size, geotransform and CRS, and the part of the tile matrix they cover.
+/// A source's size, geotransform and CRS, and the part of the tile matrix that they cover.
 #[derive(Debug, Clone)]
 pub(super) struct Georeference {
     pub affine: Affine,
     pub crs: Crs,
     pub size_px: (f64, f64),
-    /// The first plane coordinate of the image's centre, for systems that repeat.
+    /// The first plane coordinate of the image's centre, for systems with a period.
     centre_x: f64,
     pub outline: Vec<Geodetic>,
     pub gsd_m_per_px: f64,
-    /// Extent in the tile matrix's world, as shares of its width from the north-west corner: min x, min y, max x,
-    /// max y. x may run outside [0, 1] for what crosses the antimeridian.
+    /// Extent in the world of the tile matrix, as shares of its width from the north-west corner: min x, min y, max x,
+    /// max y. x may lie outside [0, 1] where the image crosses the antimeridian.
     pub world: [f64; 4],
 }
 
 impl Georeference {
-    /// Checks that the pixels lie on the earth.
+    /// Makes a georeference and checks that the pixels lie on the earth.
     ///
     /// # Errors
-    /// [`RasterError::BadGeoreference`] for a transform without inverse and an outline off the projection.
+    /// [`RasterError::BadGeoreference`] for a transform without inverse, an impossible size on the ground, and an outline
+    /// outside the projection's domain.
     pub fn new(path: &Path, affine: Affine, crs: Crs, width_px: u64, height_px: u64) -> Result<Self, RasterError> {
         if let Some(fault) = affine.fault() {
-            return Err(RasterError::bad_georeference(path, format!("{fault}; set it with gdal_edit.py -a_ullr")));
+            return Err(RasterError::bad_georeference(path, fault, Some(Remedy::ReplaceGeotransform)));
         }
+        let off_earth = |reason: String| RasterError::bad_georeference(path, reason, Some(Remedy::CheckCrs));
         let size_px = (width_px as f64, height_px as f64);
         let corners =
             [(0.0, 0.0), (size_px.0, 0.0), (0.0, size_px.1), size_px].map(|(x, y)| affine.plane_from_pixel(x, y));
@@ -40,40 +43,31 @@ impl Georeference {
             let values = corners.iter().map(i);
             values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
         };
-        // Five times round the earth in feet; once round in degrees.
+        // Five times around the earth in feet; once around in degrees.
         let most = if crs.is_geographic() { 361.0 } else { 7e8 };
         let wide = spread(|c| c.0).max(spread(|c| c.1));
         if wide.is_nan() || wide > most {
-            let reason = format!(
-                "the image would be {wide:e} of the CRS's units wide; is the CRS right? pass it with --crs EPSG"
-            );
-            return Err(RasterError::bad_georeference(path, reason));
+            return Err(off_earth(format!("the image would be {wide:e} of the CRS's units wide")));
         }
         let (centre_x, _) = affine.plane_from_pixel(size_px.0 / 2.0, size_px.1 / 2.0);
         let mut this = Self { affine, crs, size_px, centre_x, outline: Vec::new(), gsd_m_per_px: 0.0, world: [0.0; 4] };
-        let off_earth = |e: crate::crs::CrsError| {
-            RasterError::bad_georeference(path, format!("{e}; is the CRS right? pass it with --crs EPSG"))
-        };
-        this.gsd_m_per_px = this.centre_gsd().map_err(off_earth)?;
+        let unprojected = |e: CrsError| off_earth(e.to_string());
+        this.gsd_m_per_px = this.centre_gsd().map_err(unprojected)?;
         if !(1e-4..1e6).contains(&this.gsd_m_per_px) {
-            let reason = format!(
-                "its pixels would measure {:e} m on the ground; is the CRS right? pass it with --crs EPSG",
-                this.gsd_m_per_px
-            );
-            return Err(RasterError::bad_georeference(path, reason));
+            return Err(off_earth(format!("its pixels would measure {:e} m on the ground", this.gsd_m_per_px)));
         }
-        this.outline = this.walk_outline().map_err(off_earth)?;
-        this.world = this.world_extent().map_err(off_earth)?;
+        this.outline = this.walk_outline().map_err(unprojected)?;
+        this.world = this.world_extent().map_err(unprojected)?;
         Ok(this)
     }
 
-    /// The ground point of a pixel position.
-    pub fn geodetic_from_pixel(&self, x_px: f64, y_px: f64) -> Result<Geodetic, crate::crs::CrsError> {
+    /// Returns the ground position of a pixel position.
+    pub fn geodetic_from_pixel(&self, x_px: f64, y_px: f64) -> Result<Geodetic, CrsError> {
         let (x, y) = self.affine.plane_from_pixel(x_px, y_px);
         self.crs.geodetic_from_projected(x, y)
     }
 
-    /// The pixel position of a ground point; `None` where the CRS has no such point.
+    /// Returns the pixel position of a ground position; `None` where the CRS has no such position.
     pub fn pixel_from_geodetic(&self, point: Geodetic) -> Option<(f64, f64)> {
         let (mut x, y) = self.crs.projected_from_geodetic(point).ok()?;
         if let Some(period) = self.crs.period() {
@@ -82,7 +76,7 @@ impl Georeference {
         Some(self.affine.pixel_from_plane(x, y))
     }
 
-    fn centre_gsd(&self) -> Result<f64, crate::crs::CrsError> {
+    fn centre_gsd(&self) -> Result<f64, CrsError> {
         let (x, y) = (self.size_px.0 / 2.0, self.size_px.1 / 2.0);
         let frame = LocalFrame::at(self.geodetic_from_pixel(x, y)?);
         let at = |dx: f64, dy: f64| Ok(frame.enu_from_geodetic(self.geodetic_from_pixel(x + dx, y + dy)?));
@@ -92,7 +86,7 @@ impl Georeference {
         Ok((across.0 * down.1 - across.1 * down.0).abs().sqrt())
     }
 
-    fn walk_outline(&self) -> Result<Vec<Geodetic>, crate::crs::CrsError> {
+    fn walk_outline(&self) -> Result<Vec<Geodetic>, CrsError> {
         let (w, h) = self.size_px;
         let corners = [(0.0, 0.0), (w, 0.0), (w, h), (0.0, h), (0.0, 0.0)];
         let mut outline = Vec::with_capacity(4 * POINTS_PER_SIDE as usize);
@@ -106,9 +100,9 @@ impl Georeference {
         Ok(outline)
     }
 
-    /// Longitudes are followed around the outline from the centre, so that an extent over the antimeridian stays whole;
-    /// an image that holds a pole has every longitude.
-    fn world_extent(&self) -> Result<[f64; 4], crate::crs::CrsError> {
+    /// Returns the extent in the world of the tile matrix. Longitudes are unwrapped around the outline from the centre, so
+    /// that an extent over the antimeridian stays whole. An image that contains a pole has every longitude.
+    fn world_extent(&self) -> Result<[f64; 4], CrsError> {
         let centre = self.geodetic_from_pixel(self.size_px.0 / 2.0, self.size_px.1 / 2.0)?;
         let mut last_deg = centre.longitude_deg();
         let (mut west, mut east) = (last_deg, last_deg);
@@ -150,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn measures_true_ground_pixels() {
+    fn measures_ground_pixels_in_true_metres() {
         // UTM at its central meridian: scale 0.9996.
         let g = placed(32614, [499_000.0, 5_206_000.0], 2.0, 1000).unwrap();
         assert!((g.gsd_m_per_px - 2.0 / 0.9996).abs() < 1e-5, "{}", g.gsd_m_per_px);
@@ -178,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_lies_off_the_earth() {
+    fn refuses_images_off_the_earth() {
         assert_eq!(placed(4326, [400.0, 95.0], 0.1, 10).unwrap_err().code(), "source_bad_georeference");
         assert_eq!(placed(32614, [5e5, 5e6], 1e-9, 10).unwrap_err().code(), "source_bad_georeference");
         assert_eq!(placed(4326, [f64::NAN, 0.0], 0.1, 10).unwrap_err().code(), "source_bad_georeference");

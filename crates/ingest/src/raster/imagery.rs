@@ -1,18 +1,19 @@
-//! `Imagery`: the pixels of a photo or an orthophoto by rectangles, wherever on the earth they lie.
+//! `Imagery`: rectangles of pixels of a photo or an orthophoto, without their position on the earth.
 
-use super::OpenOptions;
 use super::block::{BlockCache, BlockSource};
 use super::error::RasterError;
+use super::options::OpenOptions;
 use super::tiff::TiffSource;
-use super::window::{Blocks, Window};
+use super::window::{CachedBlocks, Window};
+use crate::remedy::Remedy;
 use overfly_core::pixels::{Gray, Mask};
 use overfly_flight::frame::{FrameError, read_frame};
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-/// An opened image of which only pixels are wanted. A GeoTIFF is read by blocks as they are needed; PNG, JPEG and WebP are
-/// decoded whole.
+/// An opened image of which only the pixels count. A GeoTIFF is read by blocks on demand; PNG, JPEG and WebP are decoded
+/// whole.
 pub struct Imagery {
     pixels: Pixels,
 }
@@ -28,7 +29,7 @@ pub enum ImageryError {
     /// A GeoTIFF that cannot be read.
     #[error(transparent)]
     Raster(#[from] RasterError),
-    /// Any other image that cannot be.
+    /// Any other image that cannot be read.
     #[error(transparent)]
     Frame(#[from] FrameError),
 }
@@ -41,6 +42,14 @@ impl ImageryError {
             Self::Frame(e) => e.code(),
         }
     }
+
+    /// What the user can do, where that is known.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::Raster(e) => e.remedy(),
+            Self::Frame(_) => None,
+        }
+    }
 }
 
 impl std::fmt::Debug for Imagery {
@@ -50,11 +59,11 @@ impl std::fmt::Debug for Imagery {
 }
 
 impl Imagery {
-    /// Opens a GeoTIFF or COG, or decodes a PNG, JPEG or WebP image. No georeference is asked for; of the options, `crs` is
-    /// not used.
+    /// Opens a GeoTIFF or COG, or decodes a PNG, JPEG or WebP image. The image needs no georeference; `options.crs` is
+    /// ignored.
     ///
     /// # Errors
-    /// As [`super::Orthophoto::open`] and [`read_frame`] say of pixels.
+    /// [`ImageryError`] where the file cannot be read or decoded.
     pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, ImageryError> {
         if !is_tiff(path) {
             return Ok(Self { pixels: Pixels::Whole(read_frame(path)?) });
@@ -76,11 +85,11 @@ impl Imagery {
         }
     }
 
-    /// The rectangle of `size_px` pixels whose upper-left one is in column and row `corner`, as luma of ITU-R BT.601, and which of
-    /// them are there; missing ones are 0. `None` where it is empty or reaches beyond the image.
+    /// Returns a rectangle of pixels as luma (ITU-R BT.601), and the mask of the valid ones; invalid pixels are 0. `corner` is
+    /// the column and row of the upper-left pixel. `None` where the rectangle is empty or exceeds the image.
     ///
     /// # Errors
-    /// Blocks that cannot be read or decoded.
+    /// [`ImageryError`] where a block cannot be read or decoded.
     pub fn gray(&self, corner: [usize; 2], size_px: [usize; 2]) -> Result<Option<(Gray, Mask)>, ImageryError> {
         let ends = [0, 1].map(|k| corner[k].saturating_add(size_px[k]));
         if (0..2).any(|k| size_px[k] == 0 || ends[k] > self.size_px()[k]) {
@@ -93,7 +102,7 @@ impl Imagery {
             }
             Pixels::Blocks { source, cache, source_key } => {
                 let mut window = Window::default();
-                let blocks = Blocks { source: source.as_ref(), cache, source_key: *source_key };
+                let blocks = CachedBlocks { source: source.as_ref(), cache, source_key: *source_key };
                 window.load(&blocks, 0, [corner[0], corner[1], ends[0], ends[1]].map(|v| v as i64))?;
                 for (i, _) in window.values().iter().enumerate().filter(|(_, pixel)| pixel[3] == 0.0) {
                     mask.set(i % size_px[0], i / size_px[0], false);
@@ -105,7 +114,7 @@ impl Imagery {
     }
 }
 
-/// By the first bytes; what cannot be read is none.
+/// Whether the first bytes are a TIFF's; `false` for a file that cannot be read.
 fn is_tiff(path: &Path) -> bool {
     let mut start = Vec::new();
     path.is_file()
@@ -127,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rectangle_is_the_same_from_blocks_and_from_the_whole() {
+    fn blocks_and_a_whole_image_give_the_same_rectangle() {
         // The same scene once tiled without loss and once as PNG (tests/fixtures/make.py).
         let (tiled, whole) = (opened("tiled_deflate.tif"), opened("photo_png.png"));
         assert_eq!(tiled.size_px(), whole.size_px());
@@ -145,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn needs_no_place_on_earth_but_pixels_that_are_there() {
+    fn needs_valid_pixels_but_no_georeference() {
         for name in ["no_place.tif", "no_crs.tif"] {
             assert!(opened(name).gray([0, 0], [4, 4]).unwrap().is_some(), "{name}");
         }

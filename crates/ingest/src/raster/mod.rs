@@ -1,7 +1,7 @@
-//! Reading orthophotos: files in, masked colour tiles of the tile matrix out; or plain rectangles of pixels.
+//! Reading orthophotos: from files to masked colour tiles of the tile matrix, or to plain rectangles of pixels.
 //!
-//! GeoTIFF and COG are read by blocks, PNG and JPEG (with a world file) whole, and with the cargo feature `gdal` all that
-//! GDAL reads. Nothing here writes a file.
+//! GeoTIFF and COG are read by blocks, PNG and JPEG (with a world file) whole. The cargo feature `gdal` adds every format
+//! that GDAL reads. This module writes no file.
 
 mod affine;
 mod block;
@@ -14,6 +14,7 @@ mod gdal_metadata;
 mod georeference;
 mod imagery;
 mod mapping;
+mod options;
 mod orthophoto;
 mod photo;
 mod side_files;
@@ -24,6 +25,7 @@ mod wkt;
 
 pub use block::BlockCache;
 pub use error::RasterError;
-pub use find::{content_hash, find_sources};
+pub use find::{FoundSources, content_hash, find_sources};
 pub use imagery::{Imagery, ImageryError};
-pub use orthophoto::{Description, OpenOptions, Orthophoto};
+pub use options::OpenOptions;
+pub use orthophoto::{Orthophoto, OrthophotoDescription};

@@ -1,9 +1,10 @@
 //! `Orthophoto`: an opened source.
 
-use super::RasterError;
 use super::affine::Affine;
 use super::block::{BlockCache, BlockSource};
+use super::error::RasterError;
 use super::georeference::Georeference;
+use super::options::OpenOptions;
 use super::photo::PhotoSource;
 use super::side_files::{prj_crs, world_placement};
 use super::tiff::{TiffSource, placement};
@@ -17,21 +18,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What the caller states about a source beyond what its file says.
-#[derive(Debug, Clone, Default)]
-pub struct OpenOptions {
-    /// EPSG code that overrides (or supplies) the file's CRS.
-    pub crs: Option<u32>,
-    /// Source values shown as 0 and 255; needed for more than 8 bits.
-    pub stretch: Option<(f64, f64)>,
-    /// Where decoded blocks are kept; sources that share one stay within its bound together. Else each has its own.
-    pub cache: Option<Arc<BlockCache>>,
-}
-
-/// What an opened source is.
+/// The properties of an opened source.
 #[derive(Debug, Clone)]
-pub struct Description {
-    /// Where it was opened.
+pub struct OrthophotoDescription {
+    /// The file.
     pub path: PathBuf,
     /// "GeoTIFF", "PNG", ...
     pub format: String,
@@ -39,21 +29,21 @@ pub struct Description {
     pub width_px: u64,
     /// Rows.
     pub height_px: u64,
-    /// For people: "EPSG:26914 (NAD83 / UTM zone 14N)", "user-defined Transverse Mercator", ...
+    /// The CRS for people: "EPSG:26914 (NAD83 / UTM zone 14N)", "user-defined Transverse Mercator", ...
     pub crs: String,
-    /// Ground sample distance at the centre (geometric mean of both pixel axes), true metres.
+    /// Ground sample distance at the centre, in true metres: the geometric mean of both pixel axes.
     pub gsd_m_per_px: f64,
-    /// The image's edge on the ground, densified (points along each side), not closed.
+    /// The image's edge on the ground, with points along each side, not closed.
     pub outline: Vec<Geodetic>,
-    /// Acquisition date from metadata, ISO 8601 (YYYY-MM-DD), where the file states one.
+    /// Acquisition date that the file states, ISO 8601 (YYYY-MM-DD).
     pub acquired: Option<String>,
-    /// One standard deviation per axis that the CRS's datum shift or projection adds, metres.
+    /// The standard deviation per axis that the CRS's datum shift adds, metres.
     pub crs_error_m: f64,
 }
 
-/// An opened orthophoto. `Send + Sync`; blocks are read as needed and cached within a bound.
+/// An opened orthophoto. `Send + Sync`. Blocks are read on demand and cached within a bound.
 pub struct Orthophoto {
-    description: Description,
+    description: OrthophotoDescription,
     georeference: Georeference,
     source: Box<dyn BlockSource>,
     cache: Arc<BlockCache>,
@@ -67,20 +57,16 @@ impl std::fmt::Debug for Orthophoto {
 }
 
 impl Orthophoto {
-    /// Opens a GeoTIFF/COG, or PNG/JPEG with world file. Reads headers only.
+    /// Opens a GeoTIFF or COG, or a PNG or JPEG with a world file. Reads headers only.
     ///
     /// # Errors
-    /// What [`RasterError`] says, each naming the file and the remedy.
+    /// [`RasterError`] where the file cannot be read or placed.
     pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, RasterError> {
-        let opened = Opened::by_content(path, options)?;
+        let opened = OpenedFile::open(path, options)?;
         let given = options.crs.map(Crs::from_epsg).transpose().map_err(|e| RasterError::crs(path, e))?;
         let affine = match opened.affine {
             Some(affine) => affine,
-            None => world_placement(path)?.ok_or_else(|| RasterError::NoGeoreference {
-                path: path.into(),
-                missing: "neither tags nor a world file place it; write them with gdal_translate -a_srs EPSG:n -a_ullr ulx uly lrx lry"
-                    .into(),
-            })?,
+            None => world_placement(path)?.ok_or_else(|| RasterError::NoGeoreference { path: path.into() })?,
         };
         let crs = match given.or(opened.crs) {
             Some(crs) => crs,
@@ -88,7 +74,7 @@ impl Orthophoto {
         };
         let size = opened.source.levels()[0];
         let georeference = Georeference::new(path, affine, crs, size.width_px, size.height_px)?;
-        let description = Description {
+        let description = OrthophotoDescription {
             path: path.into(),
             format: opened.format,
             width_px: size.width_px,
@@ -104,16 +90,16 @@ impl Orthophoto {
         Ok(Self { description, georeference, source: opened.source, cache, source_key })
     }
 
-    /// What it is.
-    pub fn description(&self) -> &Description {
+    /// The properties of the source.
+    pub fn description(&self) -> &OrthophotoDescription {
         &self.description
     }
 
-    /// The source seen through a tile, area-correct where it shrinks, interpolated otherwise; `None` where the tile
-    /// holds no valid pixel of it. Pixels depend on the source and the tile matrix only, so tiles join without seams.
+    /// Warps the source to a tile: averaged by area where it shrinks, interpolated otherwise. `None` where the tile holds no
+    /// valid pixel. Pixels depend on the source and the tile matrix only, so tiles join without seams.
     ///
     /// # Errors
-    /// Blocks that cannot be read or decoded.
+    /// [`RasterError`] where a block cannot be read or decoded.
     pub fn warp(&self, tile: TileId) -> Result<Option<MaskedColour>, RasterError> {
         let warp = Warp {
             georeference: &self.georeference,
@@ -125,8 +111,8 @@ impl Orthophoto {
     }
 }
 
-/// A file with a decoder, and what it says itself about its place.
-struct Opened {
+/// A file with its decoder, and the position and date that it states.
+struct OpenedFile {
     source: Box<dyn BlockSource>,
     format: String,
     affine: Option<Affine>,
@@ -134,9 +120,9 @@ struct Opened {
     acquired: Option<String>,
 }
 
-impl Opened {
-    /// By the first bytes, not by the name.
-    fn by_content(path: &Path, options: &OpenOptions) -> Result<Self, RasterError> {
+impl OpenedFile {
+    /// Opens a file by the format that its first bytes state, whatever its name.
+    fn open(path: &Path, options: &OpenOptions) -> Result<Self, RasterError> {
         let mut start = Vec::new();
         let file = std::fs::File::open(path).map_err(|e| RasterError::io(path, e))?;
         file.take(8).read_to_end(&mut start).map_err(|e| RasterError::io(path, e))?;
@@ -168,7 +154,7 @@ impl Opened {
         Ok(Self { source: Box::new(source), format, affine: None, crs: None, acquired })
     }
 
-    /// What GDAL makes of a file that is not read here.
+    /// Opens with GDAL a file that no other decoder here reads.
     #[cfg(feature = "gdal")]
     fn other(path: &Path, options: &OpenOptions, _refusal: RasterError) -> Result<Self, RasterError> {
         let source = super::gdal::GdalSource::open(path, options)?;

@@ -1,31 +1,32 @@
-//! PNG and JPEG. Neither can be read by parts, so a file is decoded whole, as one block, and its size is capped.
+//! PNG and JPEG. Neither can be read in parts, so a file is decoded whole, as one block, and its size is limited.
 
-use super::block::{Block, BlockSource, Level};
+use super::block::{BlockSource, PixelBlock, RasterLevel};
+use super::date::exif_date;
 use super::error::{RasterError, guarded};
-use super::{OpenOptions, date};
+use super::options::OpenOptions;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// Pixels of a file at most: a progressive JPEG of this size takes about 600 MB while it is decoded.
+/// The most pixels of a file. Decoding a progressive JPEG of this size takes about 600 MB.
 const MAX_PIXELS: u64 = 64_000_000;
 
 /// A PNG or JPEG whose header has been read.
 pub(super) struct PhotoSource {
     path: PathBuf,
     format: ImageFormat,
-    level: [Level; 1],
+    level: [RasterLevel; 1],
     /// For 16-bit samples: values shown as 0 and 255.
     stretch: Option<(f64, f64)>,
     acquired: Option<String>,
 }
 
 impl PhotoSource {
-    /// Reads the header.
+    /// Opens a file and reads its header.
     ///
     /// # Errors
-    /// Damaged and too large files; 16-bit samples without a stretch.
+    /// [`RasterError`] for damaged and too large files, and for 16-bit samples without a stretch.
     pub fn open(path: &Path, format: ImageFormat, options: &OpenOptions) -> Result<Self, RasterError> {
         guarded(path, || {
             let mut decoder = decoder(path, format)?;
@@ -43,9 +44,9 @@ impl PhotoSource {
                 return Err(RasterError::TooLarge { path: path.into(), reason });
             }
             let stretch = stretch(path, decoder.color_type(), options)?;
-            let acquired = decoder.exif_metadata().ok().flatten().and_then(date::of_exif);
+            let acquired = decoder.exif_metadata().ok().flatten().and_then(exif_date);
             let (width_px, height_px) = (u64::from(width), u64::from(height));
-            let level = Level { width_px, height_px, block_width_px: width_px, block_height_px: height_px };
+            let level = RasterLevel { width_px, height_px, block_width_px: width_px, block_height_px: height_px };
             Ok(Self { path: path.into(), format, level: [level], stretch, acquired })
         })
     }
@@ -55,14 +56,14 @@ impl PhotoSource {
         if self.format == ImageFormat::Png { "PNG" } else { "JPEG" }
     }
 
-    /// The date in its EXIF.
+    /// The acquisition date in the EXIF metadata.
     pub fn acquired(&self) -> Option<String> {
         self.acquired.clone()
     }
 }
 
 impl BlockSource for PhotoSource {
-    fn levels(&self) -> &[Level] {
+    fn levels(&self) -> &[RasterLevel] {
         &self.level
     }
 
@@ -70,7 +71,7 @@ impl BlockSource for PhotoSource {
         true
     }
 
-    fn read(&self, _level: usize, _column: u64, _row: u64) -> Result<Block, RasterError> {
+    fn read(&self, _level: usize, _column: u64, _row: u64) -> Result<PixelBlock, RasterError> {
         guarded(&self.path, || {
             let decoder = decoder(&self.path, self.format)?;
             let size = (u64::from(decoder.dimensions().0), u64::from(decoder.dimensions().1));
@@ -107,8 +108,8 @@ fn stretch(path: &Path, colour: ColorType, options: &OpenOptions) -> Result<Opti
     }
 }
 
-/// The image's own bytes where they fit as they are.
-fn block(image: DynamicImage, stretch: Option<(f64, f64)>) -> Block {
+/// Makes a block of an image, from its own bytes where they have the right layout.
+fn block(image: DynamicImage, stretch: Option<(f64, f64)>) -> PixelBlock {
     let (width_px, height_px) = (image.width() as usize, image.height() as usize);
     let (channels, mut data, opaque_from) = match (image, stretch) {
         (DynamicImage::ImageLuma8(i), None) => (1, i.into_raw(), 0),
@@ -131,10 +132,10 @@ fn block(image: DynamicImage, stretch: Option<(f64, f64)>) -> Block {
             }
         }
     }
-    Block { width_px, height_px, channels, data }
+    PixelBlock { width_px, height_px, channels, data }
 }
 
-/// `unit`: how many 16-bit steps one step of the stored samples is.
+/// Maps samples to 8 bits. `unit` is the number of 16-bit steps in one step of the stored samples.
 fn stretched(image: DynamicImage, (low, high): (f64, f64), unit: f64) -> Vec<u8> {
     let shade = |v: u16| ((f64::from(v) / unit - low) / (high - low) * 255.0 + 0.5) as u8;
     let wide = image.into_rgba16().into_raw();

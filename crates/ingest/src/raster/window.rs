@@ -1,15 +1,15 @@
-//! `Window`: a rectangle of source pixels as floats, and values between its pixels.
+//! `Window`: a rectangle of source pixels as floats, and values interpolated between its pixels.
 //!
-//! Colours are premultiplied by validity, so that a missing pixel weighs nothing and never bleeds.
+//! Colours are premultiplied by validity, so that an invalid pixel has no weight and never bleeds into its neighbours.
 
-use super::RasterError;
-use super::block::{Block, BlockCache, BlockSource, Level};
+use super::block::{BlockCache, BlockSource, PixelBlock, RasterLevel};
+use super::error::RasterError;
 
-/// Red, green, blue in [0, 255], zero where missing; in the last place 255 where valid, 0 where missing. All four are
-/// carried through, so that the compiler fills a vector register with them.
+/// Red, green, blue in [0, 255], zero where invalid; then the validity, 255 or 0. All four pass through every step, so that
+/// the compiler can use a vector register.
 pub(super) type Sample = [f32; 4];
 
-/// A rectangle of one level of a source; what lies outside the image is invalid.
+/// A rectangle of one level of a source. Pixels outside the image are invalid.
 #[derive(Debug, Default)]
 pub(super) struct Window {
     x0: i64,
@@ -20,8 +20,8 @@ pub(super) struct Window {
     all_valid: bool,
 }
 
-/// A source's blocks, and where decoded ones are kept.
-pub(super) struct Blocks<'a> {
+/// A source's blocks, and the cache of decoded ones.
+pub(super) struct CachedBlocks<'a> {
     pub source: &'a dyn BlockSource,
     pub cache: &'a BlockCache,
     pub source_key: u64,
@@ -29,10 +29,10 @@ pub(super) struct Blocks<'a> {
 
 impl Window {
     /// Fills the rectangle [x0, x1) x [y0, y1) of a level from its blocks.
-    pub fn load(&mut self, blocks: &Blocks, level: usize, [x0, y0, x1, y1]: [i64; 4]) -> Result<(), RasterError> {
-        let &Blocks { source, cache, source_key } = blocks;
+    pub fn load(&mut self, blocks: &CachedBlocks, level: usize, [x0, y0, x1, y1]: [i64; 4]) -> Result<(), RasterError> {
+        let &CachedBlocks { source, cache, source_key } = blocks;
         self.reset(x0, y0, (x1 - x0) as usize, (y1 - y0) as usize);
-        let Level { width_px, height_px, block_width_px, block_height_px } = source.levels()[level];
+        let RasterLevel { width_px, height_px, block_width_px, block_height_px } = source.levels()[level];
         let inside = x0 >= 0 && y0 >= 0 && x1 <= width_px as i64 && y1 <= height_px as i64;
         let clip = |v: i64, size: u64| v.clamp(0, size as i64) as u64;
         let (left, right) = (clip(x0, width_px), clip(x1, width_px));
@@ -56,12 +56,12 @@ impl Window {
         Ok(())
     }
 
-    /// All pixels, row by row.
+    /// Returns all pixels, row by row.
     pub fn values(&self) -> &[Sample] {
         &self.values
     }
 
-    /// An empty (wholly invalid) rectangle from `x0`, `y0`; keeps its memory between uses.
+    /// Makes the window an invalid rectangle with its corner at `x0`, `y0`. The memory is kept between uses.
     pub fn reset(&mut self, x0: i64, y0: i64, width_px: usize, height_px: usize) {
         (self.x0, self.y0, self.width_px, self.height_px) = (x0, y0, width_px, height_px);
         self.values.clear();
@@ -69,9 +69,9 @@ impl Window {
         self.all_valid = false;
     }
 
-    /// Copies the part of a block that lies in the window. `block_x`, `block_y`: the block's corner in the level.
-    /// True where every pixel copied is valid.
-    pub fn paste(&mut self, block: &Block, block_x: i64, block_y: i64) -> bool {
+    /// Copies the part of a block that lies in the window; true where every copied pixel is valid. `block_x`, `block_y` is
+    /// the block's corner in the level.
+    pub fn paste(&mut self, block: &PixelBlock, block_x: i64, block_y: i64) -> bool {
         let left = self.x0.max(block_x);
         let right = (self.x0 + self.width_px as i64).min(block_x + block.width_px as i64);
         let top = self.y0.max(block_y);
@@ -96,23 +96,24 @@ impl Window {
         all_valid
     }
 
-    /// States that every pixel of the window was pasted valid.
+    /// States whether every pixel of the window is valid.
     pub fn set_all_valid(&mut self, all_valid: bool) {
         self.all_valid = all_valid;
     }
 
-    /// The positions `start + i * step` (level pixels), as this window counts.
+    /// Returns the positions `start + i * step` (level pixels), relative to this window.
     pub fn walk(&self, start: [f64; 2], step: [f64; 2]) -> Walk {
         let corner = [self.x0 as f64 + 0.5, self.y0 as f64 + 0.5];
         let fixed = |v: f64| (v * ONE) as i64;
         Walk { at: [0, 1].map(|i| fixed(start[i] - corner[i])), step: step.map(fixed) }
     }
 
-    /// Cubic convolution (Keys, a = -1/2) where all sixteen neighbours are valid, else bilinear over the valid ones of
-    /// four; `None` where the pixel that holds the position is missing. Positions lie two pixels inside the window.
-    // Inlined, or its result passes through memory and stalls: 2 x slower.
+    /// Interpolates by cubic convolution (Keys, a = -1/2) where all sixteen neighbours are valid, else bilinearly over the
+    /// valid ones of four. `None` where the pixel that contains the position is invalid. Positions must lie two pixels inside
+    /// the window.
+    // Inlined because otherwise the result passes through memory: 2 x slower.
     #[inline(always)]
-    pub fn interpolate(&self, at: Place) -> Option<Sample> {
+    pub fn interpolate(&self, at: SamplePosition) -> Option<Sample> {
         let first = (at.row - 1) * self.width_px + at.column - 1;
         if !self.all_valid && !self.is_valid_around(first) {
             return self.bilinear_of_valid(at);
@@ -140,19 +141,19 @@ impl Window {
     }
 
     #[cold]
-    fn bilinear_of_valid(&self, at: Place) -> Option<Sample> {
+    fn bilinear_of_valid(&self, at: SamplePosition) -> Option<Sample> {
         let nearest = (at.row + usize::from(at.fy >= 0.5)) * self.width_px + at.column + usize::from(at.fx >= 0.5);
         if self.values[nearest][3] == 0.0 {
             return None;
         }
-        // The nearest pixel is valid and weighs at least a quarter.
+        // The nearest pixel is valid and has a weight of at least a quarter.
         let sum = self.sample(at);
         Some(unmultiplied(sum))
     }
 
-    /// Bilinear sample, premultiplied.
+    /// Returns the bilinear sample, premultiplied.
     #[inline(always)]
-    pub fn sample(&self, at: Place) -> Sample {
+    pub fn sample(&self, at: SamplePosition) -> Sample {
         let first = at.row * self.width_px + at.column;
         let top: &[Sample; 2] = self.values[first..][..2].try_into().expect("two of them");
         let bottom: &[Sample; 2] = self.values[first + self.width_px..][..2].try_into().expect("two of them");
@@ -166,8 +167,8 @@ impl Window {
     }
 }
 
-/// 1 in the fixed point of a [`Walk`]: 32 bits before it and 32 behind, so that a step costs two additions and a
-/// position's parts two shifts.
+/// 1 in the fixed-point numbers of a [`Walk`]: 32 integer bits and 32 fraction bits, so that a step costs two additions,
+/// and splitting a position costs two shifts.
 const ONE: f64 = 4_294_967_296.0;
 
 /// Equally spaced positions in a window.
@@ -177,9 +178,9 @@ pub(super) struct Walk {
     step: [i64; 2],
 }
 
-/// A position between four pixels of a window: the upper left one, and how far beyond its centre, in [0, 1).
+/// A position between four pixels of a window: the upper-left pixel, and the offset from its centre, in [0, 1).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct SamplePosition {
     column: usize,
     row: usize,
     fx: f32,
@@ -187,17 +188,17 @@ pub(super) struct Place {
 }
 
 impl Walk {
-    /// The position that is reached, and one step on.
-    pub fn next_place(&mut self) -> Place {
+    /// Returns the current position and advances by one step.
+    pub fn next_position(&mut self) -> SamplePosition {
         let [x, y] = self.at;
         self.at = [x.wrapping_add(self.step[0]), y.wrapping_add(self.step[1])];
-        // 24 bits are what an f32 holds.
+        // An f32 holds 24 bits.
         let fraction = |v: i64| ((v as u32) >> 8) as i32 as f32 * (1.0 / 16_777_216.0);
-        Place { column: (x >> 32) as usize, row: (y >> 32) as usize, fx: fraction(x), fy: fraction(y) }
+        SamplePosition { column: (x >> 32) as usize, row: (y >> 32) as usize, fx: fraction(x), fy: fraction(y) }
     }
 }
 
-/// The colour of a premultiplied mean that is not wholly missing, its last place 255.
+/// Returns the colour of a premultiplied mean that is not wholly invalid; its validity is 255.
 pub(super) fn unmultiplied(mean: Sample) -> Sample {
     let scale = 255.0 / mean[3];
     mean.map(|v| v * scale)
@@ -210,7 +211,7 @@ fn copy<const N: usize>(target: &mut [Sample], source: &[u8], rgbv: impl Fn([u8;
     }
 }
 
-/// Weights of the pixels at -1, 0, 1, 2 for a position f in [0, 1) between 0 and 1.
+/// Returns the weights of the pixels at -1, 0, 1, 2 for a position f in [0, 1) between 0 and 1.
 ///
 /// # References
 /// R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE ASSP 29 (1981), equation 15.
@@ -223,7 +224,7 @@ fn keys(f: f32) -> [f32; 4] {
 mod tests {
     use super::*;
 
-    /// Value 10 x + y, all valid but for the pixels named.
+    /// Pixels of the value 10 x + y, all valid except those named.
     fn ramp(missing: &[(usize, usize)]) -> Window {
         let mut data = Vec::new();
         for y in 0..8usize {
@@ -234,7 +235,7 @@ mod tests {
         }
         let mut window = Window::default();
         window.reset(0, 0, 8, 8);
-        let all_valid = window.paste(&Block { width_px: 8, height_px: 8, channels: 2, data }, 0, 0);
+        let all_valid = window.paste(&PixelBlock { width_px: 8, height_px: 8, channels: 2, data }, 0, 0);
         window.set_all_valid(all_valid);
         window
     }
@@ -245,7 +246,7 @@ mod tests {
             let window = ramp(&missing);
             for (x, y) in [(2.5, 2.5), (3.1, 2.9), (2.75, 3.25)] {
                 let expected = (10.0 * (x - 0.5) + (y - 0.5)) as f32;
-                let at = window.walk([x, y], [0.0; 2]).next_place();
+                let at = window.walk([x, y], [0.0; 2]).next_position();
                 let value = window.interpolate(at).unwrap()[0];
                 assert!((value - expected).abs() < 1e-4, "{x} {y}: {value} for {expected}");
                 assert!((window.sample(at)[0] - expected).abs() < 1e-4);
@@ -254,11 +255,11 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_pixel_weighs_nothing() {
+    fn an_invalid_pixel_has_no_weight() {
         let window = ramp(&[(3, 3)]);
-        let at = |x: f64, y: f64| window.walk([x, y], [0.0; 2]).next_place();
+        let at = |x: f64, y: f64| window.walk([x, y], [0.0; 2]).next_position();
         assert_eq!(window.interpolate(at(3.6, 3.4)), None);
-        // Half way to the missing pixel's neighbour: the neighbour's own value, not a mixture with black.
+        // Half way to the invalid pixel: the value of the valid neighbour, not a mixture with black.
         let value = window.interpolate(at(4.05, 3.5)).unwrap()[0];
         assert!((value - 43.0).abs() < 1e-4, "{value}");
         let half = window.sample(at(4.0, 3.5));

@@ -1,17 +1,17 @@
-//! The EPSG code that a well-known text names. Its parameters are not read: a text without a code is refused by the
-//! caller, since readings of parameters disagree silently.
+//! The EPSG code that a well-known text names. Its parameters are not read: readers of WKT parameters disagree silently, so
+//! the caller refuses a text without a code.
 
-/// The code of the outermost `AUTHORITY["EPSG","n"]` or `ID["EPSG",n]`, or of a name that ESRI and OGC write for UTM,
-/// Web Mercator and WGS 84 itself.
-pub(super) fn epsg_of_wkt(text: &str) -> Option<u32> {
+/// Returns the code of the outermost `AUTHORITY["EPSG","n"]` or `ID["EPSG",n]`, or of a name that ESRI and OGC write for UTM,
+/// Web Mercator and WGS 84.
+pub(super) fn epsg_from_wkt(text: &str) -> Option<u32> {
     let text = text.trim();
     if text.starts_with("COMPD_CS[") || text.starts_with("COMPOUNDCRS[") {
         return None;
     }
-    outermost_code(text).or_else(|| code_of_name(text.split('"').nth(1)?, text))
+    outermost_code(text).or_else(|| code_from_name(text.split('"').nth(1)?, text))
 }
 
-/// Codes of inner parts (ellipsoid, unit, base CRS) stand deeper.
+/// Returns the code at the first level of brackets. Codes of the ellipsoid, the unit and the base CRS are nested deeper.
 fn outermost_code(text: &str) -> Option<u32> {
     let mut depth = 0;
     let mut quoted = false;
@@ -34,7 +34,7 @@ fn outermost_code(text: &str) -> Option<u32> {
     None
 }
 
-fn code_of_name(name: &str, text: &str) -> Option<u32> {
+fn code_from_name(name: &str, text: &str) -> Option<u32> {
     let name = name.replace(' ', "_").replace("_/_", "_");
     match (text.split('[').next()?, name.as_str()) {
         ("GEOGCS" | "GEOGCRS", "GCS_WGS_1984" | "WGS_84") => return Some(4326),
@@ -68,10 +68,10 @@ mod tests {
     #[test]
     fn takes_the_outermost_code_alone() {
         let utm = r#"PROJCS["a (b]",GEOGCS["WGS 84",AUTHORITY["EPSG","4326"]],UNIT["metre",1,AUTHORITY["EPSG","9001"]],AUTHORITY["EPSG","32614"]]"#;
-        assert_eq!(epsg_of_wkt(utm), Some(32614));
-        assert_eq!(epsg_of_wkt(r#"PROJCRS["x",BASEGEOGCRS["y",ID["EPSG",4269]],ID["EPSG",26914]]"#), Some(26914));
-        assert_eq!(epsg_of_wkt(r#"PROJCS["Own",GEOGCS["WGS 84",AUTHORITY["EPSG","4326"]]]"#), None);
-        assert_eq!(epsg_of_wkt(r#"COMPD_CS["x",PROJCS["y"],AUTHORITY["EPSG","5555"]]"#), None);
+        assert_eq!(epsg_from_wkt(utm), Some(32614));
+        assert_eq!(epsg_from_wkt(r#"PROJCRS["x",BASEGEOGCRS["y",ID["EPSG",4269]],ID["EPSG",26914]]"#), Some(26914));
+        assert_eq!(epsg_from_wkt(r#"PROJCS["Own",GEOGCS["WGS 84",AUTHORITY["EPSG","4326"]]]"#), None);
+        assert_eq!(epsg_from_wkt(r#"COMPD_CS["x",PROJCS["y"],AUTHORITY["EPSG","5555"]]"#), None);
     }
 
     #[test]
@@ -86,10 +86,10 @@ mod tests {
             ("NAD_1927_UTM_Zone_14N", None),
             ("WGS 84 / UTM zone 14\u{fffd}", None),
         ] {
-            assert_eq!(epsg_of_wkt(&format!("PROJCS[\"{name}\",GEOGCS[\"g\"]]")), code, "{name}");
+            assert_eq!(epsg_from_wkt(&format!("PROJCS[\"{name}\",GEOGCS[\"g\"]]")), code, "{name}");
         }
-        assert_eq!(epsg_of_wkt("GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\"]]"), Some(4326));
-        assert_eq!(epsg_of_wkt("nonsense"), None);
-        assert_eq!(epsg_of_wkt(""), None);
+        assert_eq!(epsg_from_wkt("GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\"]]"), Some(4326));
+        assert_eq!(epsg_from_wkt("nonsense"), None);
+        assert_eq!(epsg_from_wkt(""), None);
     }
 }

@@ -1,26 +1,26 @@
-//! A base tile of several stores' tiles: the first covers, the next fill what is missing.
+//! Blending a base tile from the tiles of several stores: the first covers, the next ones fill its invalid pixels.
 
-use super::super::composite::fill;
-use super::super::recipe::KEYPOINTS_PER_TILE;
 use super::shard::Shard;
+use crate::build::composite::fill;
+use crate::build::recipe::KEYPOINTS_PER_TILE;
 use overfly_core::feature::keypoint;
 use overfly_core::tile::TileId;
 use overfly_store::{Source, StoreError, StoredTile, TileContent, decode};
 
 /// A blended tile.
-pub struct Blended {
-    /// It.
+pub struct BlendedTile {
+    /// The tile.
     pub tile: StoredTile,
-    /// Whether its pixels are those that a build of all sources would give it, if no older source lies between newer ones:
-    /// nothing that is seen in it was compressed with loss.
+    /// Whether its pixels are those that a build of all sources would make, if no older source lies between newer ones: no
+    /// pixel that it shows below the first tile was compressed with loss.
     pub exact: bool,
 }
 
-/// What the shards' tiles make together, the first above. Where the first shows all, it is taken as it is.
+/// Blends the shards' tiles, the first one on top. A first tile without invalid pixels is taken unchanged.
 ///
 /// # Errors
-/// Where a tile is damaged or the new one cannot be encoded.
-pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<Blended, StoreError> {
+/// [`StoreError`] where a tile is damaged, or the new tile cannot be encoded.
+pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<BlendedTile, StoreError> {
     let top = holders[0].stored(tile)?;
     let undecoded = |reason| StoreError::Encode { tile, reason };
     let mut pixels = decode(&top.image).map_err(undecoded)?;
@@ -44,10 +44,10 @@ pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<Blended, StoreError
         }
     }
     if !filled {
-        return Ok(Blended { tile: top, exact });
+        return Ok(BlendedTile { tile: top, exact });
     }
     seen.sort_by(|a, b| a.covering_order(b));
     let keypoints = keypoint::describe(&pixels.colour.to_gray(), &pixels.mask, KEYPOINTS_PER_TILE);
     let content = TileContent::encode(tile, &pixels, &seen, Some(&keypoints))?;
-    Ok(Blended { tile: StoredTile::from_content(tile, content), exact })
+    Ok(BlendedTile { tile: StoredTile::from_content(tile, content), exact })
 }

@@ -1,6 +1,7 @@
 //! `MergeError`: why stores cannot be merged.
 
-use super::super::BuildError;
+use crate::build::error::BuildError;
+use crate::remedy::Remedy;
 use overfly_core::tile::TileId;
 use overfly_store::StoreError;
 use std::path::PathBuf;
@@ -14,49 +15,47 @@ pub enum MergeError {
     /// The sources together make no layer.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// One store or none.
+    /// Fewer than two stores were given.
     #[error("merging takes two stores or more")]
     TooFew,
-    /// An exported store lacks what a layer is made of.
-    #[error("{path}: is an exported store, cut to one flight: merge the stores that were built, and export from the result", path = path.display())]
+    /// An exported store, which does not hold the sources of its layers.
+    #[error("{path}: is an exported store, cut to one flight", path = path.display())]
     Exported {
         /// The store.
         path: PathBuf,
     },
-    /// Layers of one name and different zooms.
-    #[error("layer {layer}: {first} has zoom {first_zoom} and {other} has zoom {other_zoom}: build one of them anew with `--zoom {first_zoom} --layer {layer}`, or under another name", first = first.display(), other = other.display())]
+    /// Layers of one name and different base zooms.
+    #[error("layer {layer}: {first} has zoom {first_zoom} and {other} has zoom {other_zoom}", first = first.display(), other = other.display())]
     Zooms {
         /// The layer.
         layer: String,
-        /// A store.
+        /// One store.
         first: PathBuf,
         /// Its base zoom.
         first_zoom: u8,
-        /// Another.
+        /// The other store.
         other: PathBuf,
         /// Its base zoom.
         other_zoom: u8,
     },
-    /// One orthophoto that is said to be two.
-    #[error("layer {layer}: {source_path} has another date, CRS, stretch or error in {other} than in the stores before: build it anew there as it is in the others", source_path = source_path.display(), other = other.display())]
+    /// One orthophoto, declared differently in two stores.
+    #[error("layer {layer}: {source_path} has another date, CRS, stretch or error in {other} than in the stores named before it", source_path = source_path.display(), other = other.display())]
     Declared {
         /// The layer.
         layer: String,
         /// The orthophoto.
         source_path: PathBuf,
-        /// The store that declares it otherwise.
+        /// The store that declares it differently.
         other: PathBuf,
     },
-    /// Tiles that differ, where that is to be refused.
-    #[error(
-        "layer {layer}: {tiles} tiles are not the same in all stores, the first of them {first}: let the newest cover (--on-conflict newest) or the store that is named first (first)"
-    )]
+    /// Tiles differ, and the request refuses that.
+    #[error("layer {layer}: {tiles} tiles are not the same in all stores, the first of them {first}")]
     Conflict {
         /// The layer.
         layer: String,
-        /// How many.
+        /// How many tiles.
         tiles: usize,
-        /// The first.
+        /// The first one.
         first: TileId,
     },
 }
@@ -75,7 +74,21 @@ impl MergeError {
         }
     }
 
-    /// Whether what was given is at fault, and not the work on it: exit code 2.
+    /// What the user can do, where that is known. Errors of the store have remedies of their own.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::Store(_) | Self::TooFew => None,
+            Self::Build(error) => error.remedy(),
+            Self::Exported { .. } => Some(Remedy::MergeBuiltStores),
+            Self::Zooms { layer, first_zoom, .. } => {
+                Some(Remedy::RebuildAtZoom { layer: layer.clone(), zoom: *first_zoom })
+            }
+            Self::Declared { .. } => Some(Remedy::RebuildAsDeclared),
+            Self::Conflict { .. } => Some(Remedy::ChooseCovering),
+        }
+    }
+
+    /// Whether the input is at fault rather than the work on it.
     pub fn is_unusable_input(&self) -> bool {
         match self {
             Self::Store(error) => error.is_unusable_input(),

@@ -1,29 +1,29 @@
-//! The lines of a GeoJSON text (RFC 7946).
+//! Parsing the lines of a GeoJSON text (RFC 7946).
 
 use overfly_core::geodesy::Geodetic;
 use serde_json::Value;
 
-/// Every line of a LineString, MultiLineString, Feature or FeatureCollection, in order. Points in a collection are passed
-/// over: they mark places.
+/// Returns every line of a LineString, MultiLineString, Feature or FeatureCollection, in order. Points in a collection are
+/// ignored: they mark places.
 ///
 /// # Errors
-/// What is wrong with it, for people.
+/// What is wrong with the text, for people.
 pub(super) fn lines(text: &str) -> Result<Vec<Vec<Geodetic>>, String> {
     let json: Value = serde_json::from_str(text).map_err(|e| e.to_string())?;
     let lines = match json["type"].as_str() {
         Some("FeatureCollection") => {
             let features = json["features"].as_array().ok_or("a collection without features")?;
             let marks = |f: &&Value| matches!(f["geometry"]["type"].as_str(), Some("Point" | "MultiPoint"));
-            let lines = features.iter().filter(|f| !marks(f)).map(|f| of_geometry(&f["geometry"]));
+            let lines = features.iter().filter(|f| !marks(f)).map(|f| lines_of_geometry(&f["geometry"]));
             lines.collect::<Result<Vec<_>, _>>()?.concat()
         }
-        Some("Feature") => of_geometry(&json["geometry"])?,
-        _ => of_geometry(&json)?,
+        Some("Feature") => lines_of_geometry(&json["geometry"])?,
+        _ => lines_of_geometry(&json)?,
     };
     if lines.is_empty() { Err("no line in it".into()) } else { Ok(lines) }
 }
 
-fn of_geometry(geometry: &Value) -> Result<Vec<Vec<Geodetic>>, String> {
+fn lines_of_geometry(geometry: &Value) -> Result<Vec<Vec<Geodetic>>, String> {
     match geometry["type"].as_str() {
         Some("LineString") => Ok(vec![line(&geometry["coordinates"])?]),
         Some("MultiLineString") => {

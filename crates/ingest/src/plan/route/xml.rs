@@ -1,23 +1,23 @@
-//! The lines of a GPX (1.0, 1.1) or KML (2.2) text. Elements by their local names, whatever their namespace.
+//! Parsing the lines of a GPX (1.0, 1.1) or KML (2.2) text. Elements are known by their local names, whatever their namespace.
 
 use overfly_core::geodesy::Geodetic;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-/// No route stands deeper in its document.
-const MOST_DEEP: usize = 64;
+/// The deepest nesting of elements that is accepted.
+const MAX_DEPTH: usize = 64;
 
-/// What the root element says the text is.
+/// The format, by the root element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Format {
     Gpx,
     Kml,
 }
 
-/// Every line in order: of GPX each `rte` and each `trk` (its segments joined), of KML each `LineString`.
+/// Returns every line in order: each `rte` and each `trk` of GPX (its segments joined), and each `LineString` of KML.
 ///
 /// # Errors
-/// What is wrong with it, for people.
+/// What is wrong with the text, for people.
 pub(super) fn lines(text: &str) -> Result<Vec<Vec<Geodetic>>, String> {
     let mut reader = Reader::from_str(text);
     let (mut format, mut lines) = (None, Vec::<Vec<Geodetic>>::new());
@@ -27,8 +27,8 @@ pub(super) fn lines(text: &str) -> Result<Vec<Vec<Geodetic>>, String> {
         match event {
             Event::Start(element) => {
                 begin(&element, &mut format, &mut lines)?;
-                if open.len() == MOST_DEEP {
-                    return Err(format!("elements within elements deeper than {MOST_DEEP}"));
+                if open.len() == MAX_DEPTH {
+                    return Err(format!("elements within elements deeper than {MAX_DEPTH}"));
                 }
                 open.push(element.local_name().as_ref().to_owned());
             }
@@ -39,7 +39,7 @@ pub(super) fn lines(text: &str) -> Result<Vec<Vec<Geodetic>>, String> {
             Event::Text(text) if holds_coordinates(&open) && format == Some(Format::Kml) => {
                 let line = lines.last_mut().ok_or("coordinates outside a LineString")?;
                 for (index, tuple) in text.split_whitespace().enumerate() {
-                    line.push(of_tuple(index, tuple)?);
+                    line.push(parse_tuple(index, tuple)?);
                 }
             }
             Event::Eof if !open.is_empty() => {
@@ -56,7 +56,7 @@ fn holds_coordinates(open: &[String]) -> bool {
     matches!(open, [.., line, last] if line == "LineString" && last == "coordinates")
 }
 
-/// An element begins: a line, or a point of one.
+/// Handles the start of an element, which may begin a line or be a point of one.
 fn begin(element: &BytesStart<'_>, format: &mut Option<Format>, lines: &mut Vec<Vec<Geodetic>>) -> Result<(), String> {
     let name = element.local_name();
     match (*format, name.as_ref()) {
@@ -80,7 +80,7 @@ fn attribute(element: &BytesStart<'_>, name: &str) -> Result<String, String> {
     Ok(value.value.into_owned())
 }
 
-fn of_tuple(index: usize, tuple: &str) -> Result<Geodetic, String> {
+fn parse_tuple(index: usize, tuple: &str) -> Result<Geodetic, String> {
     let mut parts = tuple.split(',');
     let (Some(longitude), Some(latitude)) = (parts.next(), parts.next()) else {
         return Err(format!("position {index}, {tuple:?}, is not longitude,latitude"));
@@ -89,6 +89,6 @@ fn of_tuple(index: usize, tuple: &str) -> Result<Geodetic, String> {
 }
 
 fn at(index: usize, latitude: &str, longitude: &str) -> Result<Geodetic, String> {
-    let number = |text: &str| text.trim().parse().map_err(|_| format!("position {index}: {text:?} is no number"));
+    let number = |text: &str| text.trim().parse().map_err(|_| format!("position {index}: {text:?} is not a number"));
     Geodetic::from_degrees(number(latitude)?, number(longitude)?).map_err(|e| format!("position {index}: {e}"))
 }

@@ -1,9 +1,10 @@
-//! Where a TIFF says that it lies: its geotransform tags.
+//! The position that a TIFF states: its geotransform tags and its CRS.
 
-use super::super::RasterError;
-use super::super::affine::Affine;
-use super::keys::{Keys, crs_of};
+use super::keys::{GeoKeys, crs_from_keys};
 use crate::crs::Crs;
+use crate::raster::affine::Affine;
+use crate::raster::error::RasterError;
+use crate::remedy::Remedy;
 use std::path::Path;
 use tiff_reader::{Ifd, TagValue};
 
@@ -11,25 +12,25 @@ const TAG_PIXEL_SCALE: u16 = 33550;
 const TAG_TIEPOINT: u16 = 33922;
 const TAG_TRANSFORMATION: u16 = 34264;
 
-/// The geotransform and the CRS of an image's own tags; either may be missing.
+/// Returns the geotransform and the CRS that an image's tags state; either may be missing. With `crs_is_given` the keys of
+/// the CRS are ignored.
 ///
 /// # Errors
-/// [`RasterError::BadGeoreference`] for tags that make no sense, [`RasterError::Crs`] for a refused CRS (unless
-/// `crs_is_given`: then keys are not looked at).
-pub(in super::super) fn placement(
+/// [`RasterError::BadGeoreference`] for unusable tags, [`RasterError::Crs`] for a refused CRS.
+pub(in crate::raster) fn placement(
     path: &Path,
     image: &Ifd,
     crs_is_given: bool,
 ) -> Result<(Option<Affine>, Option<Crs>), RasterError> {
-    let keys = Keys::of(image);
-    let affine = affine_of(path, image)?;
+    let keys = GeoKeys::from_image(image);
+    let affine = affine_from_tags(path, image)?;
     let affine = affine.map(|a| if keys.is_pixel_point() { a.corner_based() } else { a });
-    let crs = if crs_is_given { None } else { crs_of(path, &keys)? };
+    let crs = if crs_is_given { None } else { crs_from_keys(path, &keys)? };
     Ok((affine, crs))
 }
 
-/// As GDAL reads them: scale and tie point first, else the matrix; pixels of a "point" raster are meant by their centre.
-fn affine_of(path: &Path, image: &Ifd) -> Result<Option<Affine>, RasterError> {
+/// Returns the geotransform as GDAL reads it: from scale and tie point, else from the matrix.
+fn affine_from_tags(path: &Path, image: &Ifd) -> Result<Option<Affine>, RasterError> {
     let doubles = |code: u16| match image.tag(code).map(|t| &t.value) {
         Some(TagValue::Double(values)) => values.clone(),
         _ => Vec::new(),
@@ -45,8 +46,8 @@ fn affine_of(path: &Path, image: &Ifd) -> Result<Option<Affine>, RasterError> {
         return Ok(Some(Affine { origin: [matrix[3], matrix[7]], column, row }));
     }
     if tie.len() >= 12 {
-        let reason = "it has ground control points but no geotransform; rectify it with gdalwarp";
-        return Err(RasterError::bad_georeference(path, reason));
+        let reason = "it has ground control points but no geotransform";
+        return Err(RasterError::bad_georeference(path, reason, Some(Remedy::Rectify)));
     }
     Ok(None)
 }

@@ -1,9 +1,10 @@
-//! GeoTIFF keys: which CRS they spell.
+//! GeoTIFF keys, and the CRS that they define.
 //!
 //! Key and code numbers: OGC 19-008r4 (GeoTIFF 1.1), annex B and section 7.
 
-use super::super::RasterError;
 use crate::crs::{Crs, CrsError, DatumShift, Definition, Ellipsoid, Method};
+use crate::raster::error::RasterError;
+use crate::remedy::Remedy;
 use geotiff_core::geokeys::GeoKeyDirectory;
 use std::path::Path;
 use tiff_reader::{Ifd, TagValue};
@@ -28,7 +29,7 @@ const LINEAR_UNIT: u16 = 3076;
 const LINEAR_UNIT_SIZE: u16 = 3077;
 const PARALLEL_1: u16 = 3078;
 const PARALLEL_2: u16 = 3079;
-/// Natural origin, false origin, centre, and for the longitude the pole's.
+/// Longitudes of the natural origin, the false origin, the centre and the pole.
 const LONGITUDES: [u16; 4] = [3080, 3084, 3088, 3095];
 const LATITUDES: [u16; 3] = [3081, 3085, 3089];
 const EASTINGS: [u16; 3] = [3082, 3086, 3090];
@@ -37,11 +38,11 @@ const SCALES: [u16; 2] = [3092, 3093];
 
 const USER_DEFINED: u16 = 32767;
 
-/// The key directory of an image; empty where it has none that can be read.
-pub(super) struct Keys(Option<GeoKeyDirectory>);
+/// The key directory of an image; empty where it has no readable one.
+pub(super) struct GeoKeys(Option<GeoKeyDirectory>);
 
-impl Keys {
-    pub fn of(image: &Ifd) -> Self {
+impl GeoKeys {
+    pub fn from_image(image: &Ifd) -> Self {
         let directory = match image.tag(34735).map(|t| &t.value) {
             Some(TagValue::Short(values)) => values.as_slice(),
             _ => &[],
@@ -57,7 +58,7 @@ impl Keys {
         Self(GeoKeyDirectory::parse(directory, doubles, text))
     }
 
-    /// Whether coordinates are of pixel centres.
+    /// Whether the coordinates are those of pixel centres.
     pub fn is_pixel_point(&self) -> bool {
         self.short(RASTER_TYPE) == Some(2)
     }
@@ -66,7 +67,7 @@ impl Keys {
         self.0.as_ref()?.get_short(key)
     }
 
-    /// A code that names something: neither absent nor 'undefined' nor 'user-defined'.
+    /// Returns a code, unless it is absent, 'undefined' or 'user-defined'.
     fn code(&self, key: u16) -> Option<u16> {
         self.short(key).filter(|v| !matches!(*v, 0 | USER_DEFINED))
     }
@@ -89,11 +90,11 @@ impl Keys {
     }
 }
 
-/// The CRS; `None` where the keys spell none.
+/// Returns the CRS that the keys define; `None` where they define none.
 ///
 /// # Errors
-/// [`RasterError::Crs`] where they spell one that cannot be projected truthfully.
-pub(super) fn crs_of(path: &Path, keys: &Keys) -> Result<Option<Crs>, RasterError> {
+/// [`RasterError::Crs`] for a CRS that cannot be projected correctly.
+pub(super) fn crs_from_keys(path: &Path, keys: &GeoKeys) -> Result<Option<Crs>, RasterError> {
     let refuse = |source: CrsError| RasterError::crs(path, source);
     match keys.short(MODEL_TYPE) {
         Some(3) => Err(refuse(refusal(
@@ -109,16 +110,10 @@ pub(super) fn crs_of(path: &Path, keys: &Keys) -> Result<Option<Crs>, RasterErro
 }
 
 fn refusal(name: &str, reason: impl Into<String>) -> CrsError {
-    CrsError::Refused {
-        name: name.into(),
-        reason: format!(
-            "{}; pass the right one with --crs EPSG, or reproject the file with gdalwarp -t_srs EPSG:4326",
-            reason.into()
-        ),
-    }
+    CrsError::Refused { name: name.into(), reason: reason.into(), remedy: Remedy::StateCrsOrReproject }
 }
 
-fn geographic(keys: &Keys) -> Result<Option<Crs>, CrsError> {
+fn geographic(keys: &GeoKeys) -> Result<Option<Crs>, CrsError> {
     let name = "the file's geographic CRS";
     if angular_unit_deg(keys) != Some(1.0) {
         return Err(refusal(
@@ -129,7 +124,7 @@ fn geographic(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     if let Some(code) = keys.code(GEODETIC_CRS) {
         return Crs::from_epsg(code.into()).map(Some);
     }
-    let Some((ellipsoid, datum)) = datum_of(keys)? else { return Ok(None) };
+    let Some((ellipsoid, datum)) = datum_from_keys(keys)? else { return Ok(None) };
     Crs::from_definition(&Definition {
         method: Method::Geographic,
         origin_latitude_deg: 0.0,
@@ -143,7 +138,7 @@ fn geographic(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     .map(Some)
 }
 
-fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
+fn projected(keys: &GeoKeys) -> Result<Option<Crs>, CrsError> {
     if let Some(code) = keys.code(PROJECTED_CRS) {
         let crs = Crs::from_epsg(code.into())?;
         if let (Some(stated), Some(own)) = (linear_unit_m(keys), crs.unit_m())
@@ -153,7 +148,7 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
         }
         return Ok(Some(crs));
     }
-    let Some((ellipsoid, datum)) = datum_of(keys)? else { return Ok(None) };
+    let Some((ellipsoid, datum)) = datum_from_keys(keys)? else { return Ok(None) };
     let name = keys
         .citation()
         .map_or("the file's user-defined CRS".to_string(), |c| format!("the file's CRS ({})", c.trim_matches('|')));
@@ -166,7 +161,7 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     if let Some(zone) = keys.code(PROJECTION).and_then(utm_zone) {
         return Crs::from_definition(&Definition { unit_m, ellipsoid, datum, ..zone }).map(Some);
     }
-    let Some(method) = method_of(keys, degree, &name)? else { return Ok(None) };
+    let Some(method) = method_from_keys(keys, degree, &name)? else { return Ok(None) };
     let missing = |what: &str| refusal(&name, format!("its {what} is missing"));
     Crs::from_definition(&Definition {
         method,
@@ -181,8 +176,9 @@ fn projected(keys: &Keys) -> Result<Option<Crs>, CrsError> {
     .map(Some)
 }
 
-/// The projection's method with its parameters, angles in units of `degree`; `None` where none is stated.
-fn method_of(keys: &Keys, degree: f64, name: &str) -> Result<Option<Method>, CrsError> {
+/// Returns the projection's method with its parameters; `None` where none is stated. `degree` is the size of the keys'
+/// angular unit in degrees.
+fn method_from_keys(keys: &GeoKeys, degree: f64, name: &str) -> Result<Option<Method>, CrsError> {
     let scale = keys.first_of(&SCALES).unwrap_or(1.0);
     let parallel_deg = |key, which: &str| {
         let missing = || refusal(name, format!("its {which} standard parallel is missing"));
@@ -204,14 +200,14 @@ fn method_of(keys: &Keys, degree: f64, name: &str) -> Result<Option<Method>, Crs
         }
         Some(15) => Method::PolarStereographic { scale },
         Some(other) => {
-            let why = format!("its projection (GeoTIFF method {other}) is not one that overfly can do exactly");
+            let why = format!("its projection (GeoTIFF method {other}) is not implemented exactly");
             return Err(refusal(name, why));
         }
         None => return Ok(None),
     }))
 }
 
-/// Projection codes 160zz and 161zz: UTM zones, north and south.
+/// Returns the UTM zone of the projection codes 160zz (north) and 161zz (south).
 fn utm_zone(code: u16) -> Option<Definition> {
     let (zone, false_northing) = match code {
         16001..=16060 => (code - 16000, 0.0),
@@ -230,19 +226,19 @@ fn utm_zone(code: u16) -> Option<Definition> {
     })
 }
 
-/// Ellipsoid and shift, from the geographic CRS's code, the datum's, or the ellipsoid alone; `None` where nothing is
-/// stated.
-fn datum_of(keys: &Keys) -> Result<Option<(Ellipsoid, DatumShift)>, CrsError> {
+/// Returns the ellipsoid and the datum shift, from the code of the geographic CRS, of the datum, or from the ellipsoid
+/// alone; `None` where nothing is stated.
+fn datum_from_keys(keys: &GeoKeys) -> Result<Option<(Ellipsoid, DatumShift)>, CrsError> {
     let name = "the file's datum";
     if keys.code(PRIME_MERIDIAN).is_some_and(|code| code != 8901) {
         return Err(refusal(name, "its prime meridian is not Greenwich"));
     }
     if let Some(code) = keys.code(GEODETIC_CRS) {
-        return DatumShift::of_geographic(code.into()).map(Some);
+        return DatumShift::from_geographic_code(code.into()).map(Some);
     }
-    // Old datum codes are those of their geographic systems, plus 2000.
+    // The code of an old datum is the code of its geographic system plus 2000.
     if let Some(code @ 6000..=6999) = keys.code(GEODETIC_DATUM)
-        && let Ok(known) = DatumShift::of_geographic(u32::from(code) - 2000)
+        && let Ok(known) = DatumShift::from_geographic_code(u32::from(code) - 2000)
     {
         return Ok(Some(known));
     }
@@ -261,15 +257,15 @@ fn datum_of(keys: &Keys) -> Result<Option<(Ellipsoid, DatumShift)>, CrsError> {
     };
     let shift = match keys.doubles(TO_WGS84) {
         Some(p) if p.len() == 3 || p.len() == 7 => {
-            DatumShift::stated(std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)))
+            DatumShift::from_parameters(std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)))
         }
-        _ => DatumShift::of_ellipsoid(ellipsoid),
+        _ => DatumShift::from_ellipsoid(ellipsoid),
     };
     Ok(Some((ellipsoid, shift)))
 }
 
-/// Degrees in one of the file's angular unit.
-fn angular_unit_deg(keys: &Keys) -> Option<f64> {
+/// Returns the degrees in the file's angular unit; `None` for an unknown unit.
+fn angular_unit_deg(keys: &GeoKeys) -> Option<f64> {
     match keys.short(ANGULAR_UNIT) {
         None | Some(0 | 9102 | 9122) => Some(1.0),
         Some(9101) => Some(1f64.to_degrees()),
@@ -278,8 +274,8 @@ fn angular_unit_deg(keys: &Keys) -> Option<f64> {
     }
 }
 
-/// Metres in one of the file's linear unit, where it states one that is known.
-fn linear_unit_m(keys: &Keys) -> Option<f64> {
+/// Returns the metres in the file's linear unit; `None` for no or an unknown unit.
+fn linear_unit_m(keys: &GeoKeys) -> Option<f64> {
     match keys.short(LINEAR_UNIT)? {
         9001 => Some(1.0),
         9002 => Some(0.3048),

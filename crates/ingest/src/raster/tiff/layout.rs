@@ -1,12 +1,14 @@
-//! A TIFF's directories: which image, overview and mask are read, and whether their promises can be kept.
+//! A TIFF's directories: the image, overviews and masks to read, and the checks of their layout.
 
-use super::super::RasterError;
+use super::open::open_file;
+use crate::raster::error::RasterError;
+use crate::remedy::Remedy;
 use std::path::{Path, PathBuf};
 use tiff_reader::{Ifd, TiffFile};
 
-/// Decoded size of one tile or strip at most.
+/// The largest decoded size of one tile or strip, bytes.
 pub(super) const MAX_BLOCK_BYTES: u64 = 256 << 20;
-/// Overviews hung below the image that are looked at.
+/// The most overviews in sub-directories of the image that are read.
 const MAX_SUB_DIRECTORIES: usize = 32;
 
 const TAG_NEW_SUBFILE_TYPE: u16 = 254;
@@ -17,14 +19,17 @@ const TAG_GEO_KEYS: u16 = 34735;
 const REDUCED: u64 = 1;
 const MASK: u64 = 4;
 
-/// One resolution: its imagery and, where there is one, its mask.
+/// One resolution: its imagery, and its mask where there is one.
 pub(super) struct Directory {
     pub image: Ifd,
     pub mask: Option<Ifd>,
 }
 
-/// The image (the first with a georeference, else the first) and its overviews, finer first, with their masks; and the
-/// side file that holds the masks, where it is not this one.
+/// Returns the image (the first one with a georeference, else the first) and its overviews, finer first, with their masks;
+/// and the path of the side file that holds the mask, where the file itself has none.
+///
+/// # Errors
+/// [`RasterError`] where the image or its mask cannot be read.
 pub(super) fn file_directories(path: &Path, file: &TiffFile) -> Result<(Vec<Directory>, Option<PathBuf>), RasterError> {
     let images = || file.ifds().iter().filter(|ifd| kind(ifd) & (REDUCED | MASK) == 0);
     let base = images()
@@ -33,24 +38,24 @@ pub(super) fn file_directories(path: &Path, file: &TiffFile) -> Result<(Vec<Dire
         .ok_or_else(|| RasterError::damaged(path, "it holds no full-resolution image"))?
         .clone();
     check_layout(path, file, &base)?;
-    let hung = base.sub_ifd_offsets().unwrap_or_default();
-    let hung = hung.into_iter().take(MAX_SUB_DIRECTORIES).filter_map(|offset| file.read_ifd_at_offset(offset).ok());
+    let nested = base.sub_ifd_offsets().unwrap_or_default();
+    let nested = nested.into_iter().take(MAX_SUB_DIRECTORIES).filter_map(|offset| file.read_ifd_at_offset(offset).ok());
     let mut overviews: Vec<Ifd> = file
         .ifds()
         .iter()
         .cloned()
-        .chain(hung)
+        .chain(nested)
         .filter(|ifd| kind(ifd) & (REDUCED | MASK) == REDUCED && is_overview_of(&base, ifd))
         .filter(|ifd| check_layout(path, file, ifd).is_ok())
         .collect();
     overviews.sort_by_key(|ifd| std::cmp::Reverse(ifd.width()));
     let masks: Vec<&Ifd> = file.ifds().iter().filter(|ifd| kind(ifd) & MASK != 0).collect();
-    let mask_of = |image: &Ifd| {
+    let find_mask = |image: &Ifd| {
         masks.iter().find(|m| (m.width(), m.height()) == (image.width(), image.height())).map(|m| (*m).clone())
     };
     let mut directories: Vec<Directory> =
-        std::iter::once(base).chain(overviews).map(|image| Directory { mask: mask_of(&image), image }).collect();
-    // A mask that is not there at full resolution is not there; an overview without its mask is not used.
+        std::iter::once(base).chain(overviews).map(|image| Directory { mask: find_mask(&image), image }).collect();
+    // Masks of overviews alone are ignored; an overview without a mask is not used where the image has one.
     if directories[0].mask.is_some() {
         directories.retain(|d| d.mask.is_some());
         for directory in &directories {
@@ -62,18 +67,18 @@ pub(super) fn file_directories(path: &Path, file: &TiffFile) -> Result<(Vec<Dire
     if !beside.is_file() {
         return Ok((directories, None));
     }
-    let mask_file = super::open_file(&beside)?;
+    let mask_file = open_file(&beside)?;
     let image = &directories[0].image;
     let found = mask_file.ifds().iter().find(|m| (m.width(), m.height()) == (image.width(), image.height()));
     let mask =
-        found.cloned().ok_or_else(|| RasterError::damaged(&beside, "it is a mask of another size than its image"))?;
-    super::checked_mask(&beside, &mask_file, &mask)?;
+        found.cloned().ok_or_else(|| RasterError::damaged(&beside, "the mask has another size than its image"))?;
+    check_layout(&beside, &mask_file, &mask)?;
     directories.truncate(1);
     directories[0].mask = Some(mask);
     Ok((directories, Some(beside)))
 }
 
-/// `image.tif.msk`, GDAL's mask beside an image.
+/// Returns `image.tif.msk`, the path of GDAL's mask beside an image.
 fn side_mask_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".msk");
@@ -88,7 +93,7 @@ fn kind(ifd: &Ifd) -> u64 {
     ifd.tag(TAG_NEW_SUBFILE_TYPE).and_then(|t| t.value.as_u64()).or_else(old).unwrap_or(0)
 }
 
-/// Same samples, fewer pixels, same shape within the rounding of a pixel.
+/// Whether a directory is an overview: the same samples, fewer pixels, and the same shape within a pixel's rounding.
 fn is_overview_of(base: &Ifd, other: &Ifd) -> bool {
     let same_samples = base.samples_per_pixel() == other.samples_per_pixel()
         && base.bits_per_sample().ok() == other.bits_per_sample().ok()
@@ -99,14 +104,14 @@ fn is_overview_of(base: &Ifd, other: &Ifd) -> bool {
     same_samples && ow >= 1.0 && oh >= 1.0 && ow < w && oh < h && (expected - oh).abs() <= 1.0 + h / w
 }
 
-/// Bytes of a decoded pixel.
+/// Returns the bytes of a decoded pixel.
 pub(super) fn pixel_bytes(ifd: &Ifd) -> u64 {
     let bits = ifd.bits_per_sample().ok().and_then(|b| b.first().copied()).unwrap_or(8);
     u64::from(ifd.samples_per_pixel()) * u64::from(bits.div_ceil(8))
 }
 
-/// Blocks of a directory: their size, how many there must be, and where they are stored.
-struct Blocks {
+/// The blocks of a directory: their size, their expected number, and the positions that the file lists.
+struct BlockLayout {
     width: u64,
     height: u64,
     offsets: Vec<u64>,
@@ -114,7 +119,7 @@ struct Blocks {
     count: u64,
 }
 
-fn blocks_of(ifd: &Ifd) -> Option<Blocks> {
+fn block_layout(ifd: &Ifd) -> Option<BlockLayout> {
     let (image_width, image_height) = (u64::from(ifd.width()), u64::from(ifd.height()));
     let (width, height, offsets, byte_counts) = if ifd.is_tiled() {
         (u64::from(ifd.tile_width()?), u64::from(ifd.tile_height()?), ifd.tile_offsets()?, ifd.tile_byte_counts()?)
@@ -128,11 +133,13 @@ fn blocks_of(ifd: &Ifd) -> Option<Blocks> {
     let planes = if ifd.planar_configuration() == 2 { u64::from(ifd.samples_per_pixel()) } else { 1 };
     let across = image_width.div_ceil(width);
     let count = across.checked_mul(image_height.div_ceil(height))?.checked_mul(planes)?;
-    Some(Blocks { width, height, offsets, byte_counts, count })
+    Some(BlockLayout { width, height, offsets, byte_counts, count })
 }
 
-/// Whether the directory can be read at all: a known compression, sizes that fit in memory, and all its blocks inside
-/// the file.
+/// Checks that a directory can be read: a supported compression, sizes that fit in memory, and all blocks inside the file.
+///
+/// # Errors
+/// [`RasterError`] with the first check that fails.
 pub(super) fn check_layout(path: &Path, file: &TiffFile, ifd: &Ifd) -> Result<(), RasterError> {
     let damaged = |reason: String| Err(RasterError::damaged(path, reason));
     let (width, height) = (ifd.width(), ifd.height());
@@ -140,13 +147,13 @@ pub(super) fn check_layout(path: &Path, file: &TiffFile, ifd: &Ifd) -> Result<()
         return damaged(format!("its header says {width} x {height} pixels"));
     }
     if !matches!(ifd.compression(), 1 | 5 | 7 | 8 | 32773 | 32946 | 34887 | 50000 | 50001) {
-        let reason = format!("its compression (TIFF code {}) is not read", ifd.compression());
-        return Err(RasterError::Unsupported { path: path.into(), reason, remedy: "gdal_translate -of COG" });
+        let reason = format!("its compression (TIFF code {}) is not supported", ifd.compression());
+        return Err(RasterError::Unsupported { path: path.into(), reason, remedy: Remedy::ConvertToCog });
     }
     if let Err(e) = ifd.raster_layout() {
         return damaged(e.to_string());
     }
-    let Some(blocks) = blocks_of(ifd) else {
+    let Some(blocks) = block_layout(ifd) else {
         return damaged(format!("{width} x {height} pixels without a usable list of blocks"));
     };
     let block_bytes = blocks.width.checked_mul(blocks.height).and_then(|n| n.checked_mul(pixel_bytes(ifd)));
@@ -178,10 +185,10 @@ pub(super) fn check_layout(path: &Path, file: &TiffFile, ifd: &Ifd) -> Result<()
 
 /// Whether any block was never written.
 pub(super) fn has_sparse_blocks(ifd: &Ifd) -> bool {
-    blocks_of(ifd).is_some_and(|b| b.offsets.contains(&0) || b.byte_counts.contains(&0))
+    block_layout(ifd).is_some_and(|b| b.offsets.contains(&0) || b.byte_counts.contains(&0))
 }
 
-/// Whether none of the blocks under a rectangle was ever written.
+/// Whether no block under a rectangle was ever written.
 pub(super) fn is_sparse(ifd: &Ifd, x: u64, y: u64, width: u64, height: u64) -> bool {
     let at = |codes: [u16; 2], index: u64| {
         let tag = codes.iter().find_map(|code| ifd.tag(*code))?;
@@ -199,7 +206,7 @@ pub(super) fn is_sparse(ifd: &Ifd, x: u64, y: u64, width: u64, height: u64) -> b
     let across = u64::from(ifd.width()).div_ceil(block_width.max(1));
     let rows = y / block_height.max(1)..=(y + height - 1) / block_height.max(1);
     let columns = x / block_width.max(1)..=(x + width - 1) / block_width.max(1);
-    // Planes follow one another; where the first is missing, so are the others.
+    // Planes follow one another. Where the first one is missing, so are the others.
     rows.into_iter().all(|row| {
         columns.clone().all(|column| {
             let index = row * across + column;

@@ -1,43 +1,47 @@
-//! `Plan`: what a layer shall be, and which of its tiles differ from that. A layer is a function of its set of sources:
-//! adding, replacing, removing and going on after a kill are one reconciliation.
+//! `BuildPlan`: the required content of a layer, and the tiles that differ from it.
+//!
+//! A layer is a function of its set of sources, so adding, replacing and removing sources and resuming a build are one
+//! reconciliation.
 
-use super::declare::{Given, natural_zoom};
+use super::declare::{DeclaredSource, natural_zoom};
+use super::error::{BuildError, MAX_TILES, Rejected};
 use super::outline::Outline;
-use super::{BuildError, MAX_TILES, Rejected, Request, recipe};
+use super::recipe;
+use super::request::Request;
 use crate::raster::content_hash;
 use overfly_core::tile::TileId;
 use overfly_store::{Declaration, LayerState, Source};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-/// Overviews end where a layer is this many tiles or fewer.
+/// The coarsest overview level of a layer has at most this many tiles.
 const COARSEST_TILES: usize = 4;
 
-/// What a build shall do.
+/// What a build has to do.
 #[derive(Debug)]
-pub struct Plan {
-    /// What the layer shall be; its sources in covering order.
+pub struct BuildPlan {
+    /// The declaration of the layer, its sources in covering order.
     pub declaration: Declaration,
-    /// Every tile that the layer shall have (or that shall be known to be empty), and the hash of what decides it.
-    pub wanted: HashMap<TileId, [u8; 32]>,
-    /// Base tiles to compute, near ones together, each with the sources that meet it, in covering order.
+    /// Every tile that the layer is to have (or that is known to be empty), and the hash of its inputs.
+    pub required: HashMap<TileId, [u8; 32]>,
+    /// Base tiles to compute, neighbours together, each with the sources that meet it, in covering order.
     pub base: Vec<(TileId, Vec<usize>)>,
     /// Overviews to compute, by level, finest first.
     pub overviews: Vec<Vec<TileId>>,
-    /// Tiles that go away.
-    pub unwanted: usize,
-    /// Whether the store is already what it shall be.
+    /// Number of tiles to remove.
+    pub obsolete: usize,
+    /// Whether nothing has to be done.
     pub up_to_date: bool,
 }
 
-impl Plan {
-    /// Plans from what the store holds and what was given.
+impl BuildPlan {
+    /// Makes a plan from the store's layer and the given sources.
     ///
     /// # Errors
-    /// Where a source to remove is unknown, nothing remains, the tiles would be too many, or an old source that is
-    /// needed again is gone or altered.
-    pub fn make(request: &Request, draft: &LayerState, given: &[Given]) -> Result<Self, BuildError> {
-        let sources = wanted_sources(request, draft, given)?;
+    /// [`BuildError`] where a source to remove is unknown, no source remains, the tiles are too many, or an old source that
+    /// is needed again is gone or altered.
+    pub fn new(request: &Request, draft: &LayerState, given: &[DeclaredSource]) -> Result<Self, BuildError> {
+        let sources = required_sources(request, draft, given)?;
         let kept = if request.replace_layer { None } else { draft.zoom_override };
         let zoom_override = request.zoom.or(kept);
         let base_zoom = match zoom_override {
@@ -45,35 +49,39 @@ impl Plan {
             None => sources.iter().map(natural_zoom).max().unwrap_or(0),
         };
         let cover = cover(&sources, base_zoom)?;
-        let (wanted, levels) = inputs(&sources, &cover);
-        let stale = |tile: &TileId| draft.inputs.get(tile) != wanted.get(tile);
+        let (required, levels) = tile_inputs(&sources, &cover);
+        let stale = |tile: &TileId| draft.inputs.get(tile) != required.get(tile);
         let mut base: Vec<_> = cover.into_iter().filter(|(tile, _)| stale(tile)).collect();
         base.sort_by_key(|(tile, _)| morton(*tile));
         require_old_sources(request, &sources, given, &base)?;
         let min_zoom = base_zoom - levels.len() as u8;
         let overviews: Vec<Vec<TileId>> =
             levels.into_iter().map(|level| level.into_iter().filter(stale).collect()).collect();
-        let unwanted = draft.inputs.keys().filter(|tile| !wanted.contains_key(tile)).count();
-        let nothing_to_do = base.is_empty() && overviews.iter().all(Vec::is_empty) && unwanted == 0;
+        let obsolete = draft.inputs.keys().filter(|tile| !required.contains_key(tile)).count();
+        let nothing_to_do = base.is_empty() && overviews.iter().all(Vec::is_empty) && obsolete == 0;
         let same = same_sources(&draft.sources, &sources) && zoom_override == draft.zoom_override;
         let up_to_date = draft.complete && !draft.pending && nothing_to_do && same;
         let declaration = Declaration { layer: request.layer.clone(), sources, zoom_override, base_zoom, min_zoom };
-        Ok(Self { declaration, wanted, base, overviews, unwanted, up_to_date })
+        Ok(Self { declaration, required, base, overviews, obsolete, up_to_date })
     }
 
-    /// Sources without an acquisition date.
+    /// Returns the number of sources without an acquisition date.
     pub fn undated_sources(&self) -> usize {
         self.declaration.sources.iter().filter(|source| source.acquired.is_none()).count()
     }
 
-    /// Tiles to compute.
+    /// Returns the number of tiles to compute.
     pub fn jobs(&self) -> usize {
         self.base.len() + self.overviews.iter().map(Vec::len).sum::<usize>()
     }
 }
 
-/// The set of sources that the layer shall have, in covering order.
-fn wanted_sources(request: &Request, draft: &LayerState, given: &[Given]) -> Result<Vec<Source>, BuildError> {
+/// Returns the set of sources of the layer after the build, in covering order.
+fn required_sources(
+    request: &Request,
+    draft: &LayerState,
+    given: &[DeclaredSource],
+) -> Result<Vec<Source>, BuildError> {
     let layer = || request.layer.clone();
     let mut sources = if request.replace_layer { Vec::new() } else { draft.sources.clone() };
     for name in &request.remove_sources {
@@ -99,6 +107,7 @@ fn wanted_sources(request: &Request, draft: &LayerState, given: &[Given]) -> Res
     Ok(sources)
 }
 
+/// Whether `name` is the source's path, or at least 8 digits of its hash.
 fn is_named(source: &Source, name: &str) -> bool {
     let path = Path::new(name);
     let absolute = path.canonicalize().or_else(|_| std::path::absolute(path));
@@ -106,7 +115,7 @@ fn is_named(source: &Source, name: &str) -> bool {
     source.path == path || absolute.is_ok_and(|p| p == source.path) || by_hash
 }
 
-/// Equal as sets, paths included.
+/// Whether two sets of sources are equal, paths included.
 fn same_sources(a: &[Source], b: &[Source]) -> bool {
     let sorted = |sources: &[Source]| {
         let mut sources = sources.to_vec();
@@ -116,7 +125,10 @@ fn same_sources(a: &[Source], b: &[Source]) -> bool {
     sorted(a) == sorted(b)
 }
 
-/// Base tiles and the sources that meet each, in covering order.
+/// Returns the base tiles and the sources that meet each, in covering order.
+///
+/// # Errors
+/// [`BuildError`] where a source lies beyond the tile matrix or spans too many tiles.
 pub fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>>, BuildError> {
     let mut cover: BTreeMap<TileId, Vec<usize>> = BTreeMap::new();
     for (index, source) in sources.iter().enumerate() {
@@ -125,6 +137,7 @@ pub fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>
                 path: source.path.clone(),
                 code: "beyond_the_matrix",
                 message: format!("{}: {e}", source.path.display()),
+                remedy: None,
             }],
         })?;
         let tiles = outline.extent_tiles();
@@ -138,12 +151,12 @@ pub fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>
     Ok(cover)
 }
 
-/// The hash of what decides each tile, and the overview levels, finest first.
-pub fn inputs(
+/// Returns the hash of each tile's inputs, and the overview levels, finest first.
+pub fn tile_inputs(
     sources: &[Source],
     cover: &BTreeMap<TileId, Vec<usize>>,
 ) -> (HashMap<TileId, [u8; 32]>, Vec<Vec<TileId>>) {
-    let mut wanted: HashMap<TileId, [u8; 32]> = cover
+    let mut required: HashMap<TileId, [u8; 32]> = cover
         .iter()
         .map(|(tile, indices)| (*tile, recipe::base_inputs(indices.iter().map(|&i| &sources[i]))))
         .collect();
@@ -158,20 +171,23 @@ pub fn inputs(
         }
         for tile in &level {
             let children = tile.children().expect("coarser than the finest zoom");
-            let hash = recipe::overview_inputs(children.map(|child| wanted.get(&child).copied()));
-            wanted.insert(*tile, hash);
+            let hash = recipe::overview_inputs(children.map(|child| required.get(&child).copied()));
+            required.insert(*tile, hash);
         }
         finer = level.clone();
         levels.push(level);
     }
-    (wanted, levels)
+    (required, levels)
 }
 
-/// Old sources that a tile to compute needs must be there, unaltered: said before anything is written.
+/// Checks, before anything is written, that the old sources of the tiles to compute are there and unaltered.
+///
+/// # Errors
+/// [`BuildError::SourceGone`].
 fn require_old_sources(
     request: &Request,
     sources: &[Source],
-    given: &[Given],
+    given: &[DeclaredSource],
     base: &[(TileId, Vec<usize>)],
 ) -> Result<(), BuildError> {
     let fresh: HashSet<[u8; 32]> = given.iter().map(|g| g.source.content_hash).collect();
@@ -190,7 +206,7 @@ fn require_old_sources(
     Ok(())
 }
 
-/// Interleaves column and row: neighbours in this order are neighbours on the ground.
+/// Returns the Morton code: column and row interleaved, so that neighbours in this order are neighbours on the ground.
 fn morton(tile: TileId) -> u64 {
     let spread = |v: u32| (0..32).fold(0u64, |acc, bit| acc | (u64::from(v >> bit & 1) << (2 * bit)));
     spread(tile.column()) | spread(tile.row()) << 1
