@@ -76,7 +76,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let samples = measure(&trial, output)?.samples;
     let cost = search(args, output)?;
-    let found = Calibrated::of(RelativeLaws::of(&samples)?, args.edge_px.get(), cost)?;
+    let found = Calibrated::from_measurements(RelativeLaws::fit(&samples)?, args.edge_px.get(), cost)?;
     if let Some(path) = &args.out {
         output.write(path, calibration_toml(&found.calibration).as_bytes())?;
         output.write(&beside(path, "samples.csv"), samples_csv(&samples).as_bytes())?;

@@ -8,8 +8,8 @@ use super::{Exit, Failure, Output, default_threads};
 use anyhow::{Context, anyhow};
 use overfly_flight::frame::read_colour_frame;
 use overfly_ingest::build;
-use overfly_lab::report::{Mosaic, Report};
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, Flight, FlyScore, write_fixes};
+use overfly_lab::report::{FlightReport, Mosaic};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, FlyScore, RecordedFlight, write_fixes};
 use overfly_store::{Layer, Reader};
 use serde::Serialize;
 use std::num::NonZeroUsize;
@@ -66,11 +66,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open(&db)?;
     let layer = store.layer(LAYER)?;
 
-    let flight = Flight::read(&tiles.join("flight"))?;
+    let flight = RecordedFlight::read(&tiles.join("flight"))?;
     output
         .note(&format!("locating {} frames, each prior off by up to {PRIOR_ERROR_M} m per axis", flight.frames.len()));
     let outcomes = locate_frames(&store, &flight, args.threads.get(), output)?;
-    let score = FixScore::of(&outcomes, default_right_m(&store, layer)?, args.threads.get());
+    let score = FixScore::from_outcomes(&outcomes, default_right_m(&store, layer)?, args.threads.get());
     write_fixes(&args.out, &outcomes)?;
 
     let page = args.out.join("report.html");
@@ -146,7 +146,12 @@ pub fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> 
     }
 }
 
-fn locate_frames(store: &Reader, flight: &Flight, threads: usize, output: &Output) -> Result<Vec<FixOutcome>, Failure> {
+fn locate_frames(
+    store: &Reader,
+    flight: &RecordedFlight,
+    threads: usize,
+    output: &Output,
+) -> Result<Vec<FixOutcome>, Failure> {
     let trial = FixTrial {
         layer: LAYER.into(),
         prior_error_m: PRIOR_ERROR_M,
@@ -180,7 +185,7 @@ fn map_of(store: &Reader, layer: &Layer) -> Result<Mosaic, Failure> {
 
 fn page_of(
     mosaic: &Mosaic,
-    flight: &Flight,
+    flight: &RecordedFlight,
     outcomes: &[FixOutcome],
     score: &FixScore,
     facts: &[(String, String)],
@@ -197,7 +202,7 @@ fn page_of(
         let index = located[(2 * k + 1) * located.len() / (2 * SHOWN.min(located.len()))];
         shown.push((index, read_colour_frame(&flight.frames[index].path)?));
     }
-    let report = Report {
+    let report = FlightReport {
         title: TITLE,
         introduction: &introduction,
         flight,

@@ -5,7 +5,7 @@ use super::number::positive;
 use super::{Exit, Failure, Output, chosen_layer, cost, default_threads, negatives};
 use anyhow::Context;
 use overfly_flight::locate::Answer;
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, Flight, Spread, write_fixes};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, Quantiles, RecordedFlight, write_fixes};
 use overfly_store::{Layer, Reader};
 use serde::Serialize;
 use std::num::NonZeroUsize;
@@ -102,7 +102,7 @@ struct FrameLine<'a> {
 }
 
 fn fixes(args: &Fixes, output: &Output) -> Result<Exit, Failure> {
-    let flight = Flight::read(&args.flight)?;
+    let flight = RecordedFlight::read(&args.flight)?;
     let store = Reader::open(&args.db)?;
     let layer = chosen_layer(&store, args.layer.as_deref())?;
     let right_m = match args.right_m {
@@ -130,7 +130,7 @@ fn fixes(args: &Fixes, output: &Output) -> Result<Exit, Failure> {
     if let Some(folder) = &args.out {
         output.note(&format!("wrote {}", write_fixes(folder, &outcomes)?.display()));
     }
-    let score = FixScore::of(&outcomes, right_m, args.threads.get());
+    let score = FixScore::from_outcomes(&outcomes, right_m, args.threads.get());
     output.say(&score, || fix_text(&score));
     Ok(Exit::Done)
 }
@@ -153,7 +153,7 @@ pub fn default_right_m(store: &Reader, layer: &Layer) -> Result<f64, Failure> {
 
 /// The score for people.
 pub fn fix_text(score: &FixScore) -> String {
-    let spread = |s: &Option<Spread>, digits: usize| {
+    let spread = |s: &Option<Quantiles>, digits: usize| {
         s.map_or("none".into(), |s| {
             format!("median {:.digits$}, 95 % {:.digits$}, max {:.digits$}", s.median, s.p95, s.max)
         })

@@ -5,8 +5,8 @@ use super::number::positive;
 use super::{Exit, Failure, Output};
 use overfly_core::registration::relative::MotionAnswer;
 use overfly_lab::trial::{
-    Flight, Leg, LegScore, MotionScore, Pairs, SensorSigmas, Spread, StrangerScore, StrangerTrial, run_legs,
-    run_motions, write_motions,
+    ImagePairs, Leg, LegScore, LegSensorSigmas, MirroredPairScore, MirroredPairTrial, MotionScore, Quantiles,
+    RecordedFlight, run_legs, run_motions, write_motions,
 };
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -65,12 +65,12 @@ pub fn run(args: &Motions, output: &Output) -> Result<Exit, Failure> {
     match (&args.pairs, &args.flight) {
         (Some(pairs), _) => on_pairs(args, pairs, output),
         (None, Some(flight)) => on_flight(args, flight, output),
-        (None, None) => on_strangers(args, output),
+        (None, None) => on_mirrored_pairs(args, output),
     }
 }
 
 fn on_pairs(args: &Motions, pairs: &Path, output: &Output) -> Result<Exit, Failure> {
-    let pairs = Pairs::read(pairs)?;
+    let pairs = ImagePairs::read(pairs)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;
     let bar = output.progress(pairs.pairs.len() as u64, "pairs");
     let outcomes = run_motions(&pairs, args.threads.get(), || bar.inc(1))?;
@@ -78,7 +78,7 @@ fn on_pairs(args: &Motions, pairs: &Path, output: &Output) -> Result<Exit, Failu
     if let Some(folder) = &args.out {
         output.note(&format!("wrote {}", write_motions(folder, &outcomes)?.display()));
     }
-    let score = MotionScore::of(&outcomes, args.threads.get());
+    let score = MotionScore::from_outcomes(&outcomes, args.threads.get());
     output.say(&score, || pairs_text(&score));
     Ok(Exit::Done)
 }
@@ -95,7 +95,7 @@ fn pairs_text(score: &MotionScore) -> String {
         score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.0} %", 100.0 * c)),
     );
     for o in &score.by_overlap {
-        let spread = |s: &Option<Spread>, digits: usize| {
+        let spread = |s: &Option<Quantiles>, digits: usize| {
             s.map_or("-".into(), |s| format!("{:.digits$} (95 % {:.digits$})", s.median, s.p95))
         };
         text.push_str(&format!(
@@ -111,14 +111,14 @@ fn pairs_text(score: &MotionScore) -> String {
 }
 
 fn on_flight(args: &Motions, folder: &Path, output: &Output) -> Result<Exit, Failure> {
-    let flight = Flight::read(folder)?;
-    let sensors = SensorSigmas {
+    let flight = RecordedFlight::read(folder)?;
+    let sensors = LegSensorSigmas {
         position_m: args.position_sigma_m,
         heading_rad: args.heading_sigma_deg.to_radians(),
         height_ratio: args.height_sigma_ratio,
     };
     let legs = run_legs(&flight, &sensors, |leg| output.say(leg, || leg_text(leg)))?;
-    let score = LegScore::of(&legs);
+    let score = LegScore::from_legs(&legs);
     output.say(&score, || {
         format!(
             "legs       {} ({} registered, {} agree with the sensors)",
@@ -147,16 +147,16 @@ fn leg_text(leg: &Leg) -> String {
     )
 }
 
-fn on_strangers(args: &Motions, output: &Output) -> Result<Exit, Failure> {
-    let trial = StrangerTrial { photos: args.mirrored.clone(), trials: args.trials, seed: args.seed };
+fn on_mirrored_pairs(args: &Motions, output: &Output) -> Result<Exit, Failure> {
+    let trial = MirroredPairTrial { photos: args.mirrored.clone(), trials: args.trials, seed: args.seed };
     let bar = output.progress(trial.trials as u64, "pairs");
     let score = trial.run(|| bar.inc(1))?;
     bar.finish_and_clear();
-    output.say(&score, || strangers_text(&score));
+    output.say(&score, || mirrored_pairs_text(&score));
     Ok(Exit::Done)
 }
 
-fn strangers_text(score: &StrangerScore) -> String {
+fn mirrored_pairs_text(score: &MirroredPairScore) -> String {
     let mut text = format!(
         "pairs      {} that share no ground\nfalse      {} (with 95 % confidence below {:.2} % of such pairs)",
         score.trials,

@@ -77,7 +77,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     make_folder(&args.out)?;
     let measured = measure(&trial, output)?;
-    let found = Experiment::of(&trial, &measured)?;
+    let found = Experiment::from_measurement(&trial, &measured)?;
     write(&args.out, &trial, &measured, &found, output)?;
     output.say(&found, || text(&found));
     Ok(Exit::Done)

@@ -6,8 +6,10 @@ use super::{Exit, Failure, Output, chosen_layer, default_threads, simulate};
 use overfly_core::coupling::Mode;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
-use overfly_lab::report::{Flown, Mosaic, flown_page};
-use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial, ScaleSource, Spread, write_positions};
+use overfly_lab::report::{Mosaic, ReplayedFlight, replay_html};
+use overfly_lab::trial::{
+    Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, RecordedFlight, ScaleSource, write_positions,
+};
 use overfly_store::{Layer, Reader, StoreError};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -162,7 +164,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (Some(db), Some(flown)) = (&args.db, &args.flight) else {
         unreachable!("both are required where nothing is simulated")
     };
-    let flight = Flight::read(flown)?;
+    let flight = RecordedFlight::read(flown)?;
     let store = Reader::open(db)?;
     let layer = chosen_layer(&store, args.layer.as_deref())?;
     let right_m = args.right_m.map_or_else(|| default_right_m(&store, layer), Ok)?;
@@ -178,16 +180,19 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     bar.finish_and_clear();
     let scores: Vec<FlyScore> =
-        flown.iter().map(|(mode, outcomes)| FlyScore::of(*mode, outcomes, &reckoned, right_m)).collect();
+        flown.iter().map(|(mode, outcomes)| FlyScore::from_outcomes(*mode, outcomes, &reckoned, right_m)).collect();
     if let Some(folder) = &args.out {
         output.note(&format!("wrote {}", write_positions(folder, &flown)?.display()));
         let summary = serde_json::to_vec_pretty(&scores).expect("plain numbers");
         output.write(&folder.join("summary.json"), &summary)?;
         if let Some(mosaic) = picture(&store, layer)? {
             let execution_times = args.execution_times();
-            let modes: Vec<Flown> =
-                flown.iter().zip(&scores).map(|((_, outcomes), score)| Flown { outcomes, score, execution_times }).collect();
-            output.write(&folder.join("report.html"), flown_page(&title, &mosaic, &modes).as_bytes())?;
+            let modes: Vec<ReplayedFlight> = flown
+                .iter()
+                .zip(&scores)
+                .map(|((_, outcomes), score)| ReplayedFlight { outcomes, score, execution_times })
+                .collect();
+            output.write(&folder.join("report.html"), replay_html(&title, &mosaic, &modes).as_bytes())?;
         }
     }
     for score in &scores {
@@ -253,7 +258,7 @@ fn picture(store: &Reader, layer: &Layer) -> Result<Option<Mosaic>, StoreError> 
 }
 
 fn text(score: &FlyScore) -> String {
-    let spread = |s: &Option<Spread>| {
+    let spread = |s: &Option<Quantiles>| {
         s.map_or("none".into(), |s| format!("median {:.1}, 95 % {:.1}, max {:.1}", s.median, s.p95, s.max))
     };
     let recovered = match score.recovered_after_frames {

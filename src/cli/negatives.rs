@@ -5,7 +5,9 @@ use super::number::{positive, share};
 use super::{Exit, Failure, Output, chosen_layer, default_threads};
 use overfly_flight::locate::Answer;
 use overfly_lab::report::calibration_svg;
-use overfly_lab::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial, write_negatives};
+use overfly_lab::trial::{
+    NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, RecordedFlight, write_negatives,
+};
 use overfly_store::Reader;
 use serde::Serialize;
 use std::num::NonZeroUsize;
@@ -63,7 +65,7 @@ pub struct Args {
     regions: Vec<f64>,
     /// Kinds to try [default: all; foreign only with --foreign-flight].
     #[arg(long, value_name = "KIND,...", value_delimiter = ',')]
-    kinds: Option<Vec<Kind>>,
+    kinds: Option<Vec<NegativeKind>>,
     /// Share of the trials that state no heading (`turned` always states one).
     #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.5)]
     unknown_heading_share: f64,
@@ -85,7 +87,7 @@ pub struct Args {
 #[derive(Serialize)]
 struct AcceptedLine<'a> {
     trial: usize,
-    kind: Kind,
+    kind: NegativeKind,
     region: f64,
     image: &'a str,
     heading_known: bool,
@@ -95,8 +97,8 @@ struct AcceptedLine<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let flight = Flight::read(&args.flight)?;
-    let foreign = args.foreign_flight.as_deref().map(Flight::read).transpose()?;
+    let flight = RecordedFlight::read(&args.flight)?;
+    let foreign = args.foreign_flight.as_deref().map(RecordedFlight::read).transpose()?;
     let store = Reader::open(&args.db)?;
     let layer = chosen_layer(&store, args.layer.as_deref())?;
     let trial = NegativeTrial {
@@ -105,7 +107,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         seed: args.seed,
         prior_error_m: args.prior_error_m,
         regions: args.regions.clone(),
-        kinds: args.kinds.clone().unwrap_or_else(|| Kind::ALL.to_vec()),
+        kinds: args.kinds.clone().unwrap_or_else(|| NegativeKind::ALL.to_vec()),
         unknown_heading_share: args.unknown_heading_share,
         heading_sigma_deg: args.heading_sigma_deg,
         height_sigma_ratio: args.height_sigma_ratio,
@@ -115,7 +117,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let bar = output.progress(args.trials as u64, "trials");
     let outcomes = trial.run(&store, &flight, foreign.as_ref(), |_| bar.inc(1))?;
     bar.finish_and_clear();
-    let score = NegativeScore::of(&outcomes, args.threads.get());
+    let score = NegativeScore::from_outcomes(&outcomes, args.threads.get());
     if let Some(folder) = &args.out {
         output.note(&format!("wrote {}", write_negatives(folder, &outcomes)?.display()));
         output.write(&folder.join("calibration.svg"), calibration_svg(&score).as_bytes())?;

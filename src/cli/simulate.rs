@@ -2,9 +2,9 @@
 
 use super::evaluate::make_folder;
 use super::{Exit, Failure, Output};
-use overfly_lab::report::{simulated_page, simulated_svgs};
+use overfly_lab::report::{simulation_html, simulation_svgs};
 use overfly_lab::trial::simulation::{
-    Comparison, Family, Simulation, Summary, read_simulation, summarize, write_simulation,
+    BandComparison, Family, Simulation, SimulationSummary, read_simulation, summarize, write_simulation,
 };
 use serde::Serialize;
 use std::path::Path;
@@ -14,7 +14,7 @@ use std::path::Path;
 struct Written<'a> {
     #[serde(flatten)]
     family: Family,
-    scenarios: &'a [Summary],
+    scenarios: &'a [SimulationSummary],
 }
 
 /// Runs a simulation; exit code 0 whatever came out.
@@ -44,12 +44,13 @@ pub fn run(
         output.note(&format!("wrote {}", write_simulation(folder, &flown)?.display()));
         let written = serde_json::to_vec_pretty(&Written { family, scenarios: &summaries }).expect("plain numbers");
         output.write(&folder.join("summary.json"), &written)?;
-        let svgs = simulated_svgs(&flown, &summaries);
+        let svgs = simulation_svgs(&flown, &summaries);
         for (name, svg) in &svgs {
             output.write(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
         }
         let title = format!("overfly: {} simulated", file.display());
-        output.write(&folder.join("simulation.html"), simulated_page(&title, &summaries, &family, &svgs).as_bytes())?;
+        output
+            .write(&folder.join("simulation.html"), simulation_html(&title, &summaries, &family, &svgs).as_bytes())?;
     }
     for summary in &summaries {
         output.say(summary, || text(summary));
@@ -58,7 +59,7 @@ pub fn run(
     Ok(Exit::Done)
 }
 
-fn text(s: &Summary) -> String {
+fn text(s: &SimulationSummary) -> String {
     let count = s.relative_count.map_or(String::new(), |n| format!(", n {n}"));
     let mut text = format!(
         "{}, {}: {} flights of {:.2} h{count}\n  departs by   {}\n",
@@ -94,7 +95,7 @@ fn text(s: &Summary) -> String {
     text
 }
 
-fn comparison_text(c: &Comparison) -> String {
+fn comparison_text(c: &BandComparison) -> String {
     let verdict = if c.inside { "inside" } else { "OUTSIDE" };
     format!(
         "{:<22} predicted {:.5}, simulated {:.5}, band {:.5} to {:.5}: {verdict}",

@@ -6,12 +6,12 @@ use overfly_ingest::build::{self, Request};
 use overfly_store::Reader;
 use overfly_store::package::{VerifyOptions, verify_package};
 use overfly_testkit::drawn::{CRS, drawn_store, orthophoto, project};
-use overfly_testkit::faults::bench::{Bench, End};
-use overfly_testkit::faults::operation::operations;
+use overfly_testkit::faults::bench::{FaultBench, TargetState};
+use overfly_testkit::faults::operations::operations;
 use overfly_testkit::faults::reading::{ReadTally, readings};
-use overfly_testkit::faults::serving::Serving;
-use overfly_testkit::faults::shim::{Fault, Kind};
-use overfly_testkit::faults::tally::Tally;
+use overfly_testkit::faults::serving::ServiceReads;
+use overfly_testkit::faults::shim::{FaultKind, InjectedFault};
+use overfly_testkit::faults::tally::FaultTally;
 use overfly_testkit::injury::a_day;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -21,24 +21,24 @@ use std::path::{Path, PathBuf};
 const EACH: u64 = 2;
 
 /// A bench, or the loud word that there can be none.
-fn bench(folder: &Path, test: &str) -> Option<Bench> {
-    let bench = Bench::new(Path::new(env!("CARGO_BIN_EXE_overfly")), folder);
+fn bench(folder: &Path, test: &str) -> Option<FaultBench> {
+    let bench = FaultBench::new(Path::new(env!("CARGO_BIN_EXE_overfly")), folder);
     bench.map_err(|reason| eprintln!("SKIPPED {test}: {reason}")).ok()
 }
 
 /// The ends that targets came to, over the operations that resume or those that rename; what is wrong must be nothing.
-fn ends(resumes: bool, test: &str) -> Option<BTreeMap<End, u64>> {
+fn ends(resumes: bool, test: &str) -> Option<BTreeMap<TargetState, u64>> {
     let folder = tempfile::tempdir().unwrap();
     let bench = bench(folder.path(), test)?;
     let (mut failures, mut ends) = (Vec::new(), BTreeMap::new());
     let operations = operations(&bench, folder.path());
     for (index, operation) in operations.iter().filter(|o| o.resumes == resumes).enumerate() {
         let expected = bench.undisturbed(operation);
-        let kinds = Kind::KILLS.into_iter().chain(Kind::FULL).chain(Kind::IO);
+        let kinds = FaultKind::KILLS.into_iter().chain(FaultKind::FULL).chain(FaultKind::IO);
         for kind in kinds.filter(|&kind| kind as usize % 3 == index % 3) {
-            let tally = Tally::of(&bench, operation, &expected, kind, EACH, index as u64 * 9 + kind as u64);
+            let tally = FaultTally::run(&bench, operation, &expected, kind, EACH, index as u64 * 9 + kind as u64);
             assert!(tally.points > EACH && tally.tried + tally.late == EACH, "{}: {kind:?} {tally:?}", operation.name);
-            for end in [End::Absent, End::Old, End::Unfinished, End::New] {
+            for end in [TargetState::Absent, TargetState::Old, TargetState::Unfinished, TargetState::New] {
                 *ends.entry(end).or_insert(0) += tally.ended(end);
             }
             failures.extend(tally.failures);
@@ -51,14 +51,15 @@ fn ends(resumes: bool, test: &str) -> Option<BTreeMap<End, u64>> {
 #[test]
 fn a_disturbed_build_leaves_the_old_or_the_new_and_goes_on() {
     let Some(ends) = ends(true, "a_disturbed_build_leaves_the_old_or_the_new_and_goes_on") else { return };
-    assert!([End::Old, End::Unfinished, End::New].iter().all(|end| ends[end] > 0), "{ends:?}");
+    assert!([TargetState::Old, TargetState::Unfinished, TargetState::New].iter().all(|end| ends[end] > 0), "{ends:?}");
 }
 
 #[test]
 fn what_is_renamed_into_place_is_absent_old_or_new() {
     let Some(ends) = ends(false, "what_is_renamed_into_place_is_absent_old_or_new") else { return };
     assert!(
-        [End::Absent, End::Old, End::New].iter().all(|end| ends[end] > 0) && ends[&End::Unfinished] == 0,
+        [TargetState::Absent, TargetState::Old, TargetState::New].iter().all(|end| ends[end] > 0)
+            && ends[&TargetState::Unfinished] == 0,
         "{ends:?}"
     );
 }
@@ -68,10 +69,10 @@ fn nothing_is_written_or_read_that_the_layer_does_not_see() {
     let folder = tempfile::tempdir().unwrap();
     let Some(bench) = bench(folder.path(), "nothing_is_written_or_read_that_the_layer_does_not_see") else { return };
     for operation in operations(&bench, folder.path()) {
-        for kind in [Kind::Full, Kind::Bad] {
+        for kind in [FaultKind::Full, FaultKind::Bad] {
             bench.lay_out(&operation.before);
             let before = bench.content();
-            let (output, report) = bench.disturb(&operation.arguments, Fault { kind, at: 1 });
+            let (output, report) = bench.disturb(&operation.arguments, InjectedFault { kind, at: 1 });
             assert!(!output.status.success() && report.fired.is_some(), "{}, {kind:?}", operation.name);
             assert_eq!(bench.content(), before, "{}, {kind:?}: something was written", operation.name);
         }
@@ -86,15 +87,15 @@ fn bad_reads_give_the_same_answer_or_none() {
     export_to(drawn_store(), &drawn_request(), &exported);
     let mut failures = Vec::new();
     for reading in readings(drawn_store().path(), &exported, &project("")) {
-        for kind in Kind::IO {
-            let tally = ReadTally::of(&bench, &reading, kind, 2, kind as u64);
+        for kind in FaultKind::IO {
+            let tally = ReadTally::run(&bench, &reading, kind, 2, kind as u64);
             assert!(tally.points > 2 && tally.tried == 2, "{}: {kind:?} {tally:?}", reading.name);
             failures.extend(tally.failures);
         }
     }
     export_to(drawn_store(), &request(route([15.6120, 48.4915], [15.6160, 48.4915]), 200.0), &exported);
-    let serving = Serving::of(&bench, &exported, &project("tiles/flight/frames/019.jpg"));
-    for kind in Kind::IO {
+    let serving = ServiceReads::new(&bench, &exported, &project("tiles/flight/frames/019.jpg"));
+    for kind in FaultKind::IO {
         failures.extend(serving.tally(&bench, kind, 2, kind as u64).failures);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));

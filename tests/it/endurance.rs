@@ -6,10 +6,12 @@ use overfly_flight::frame::decode_frame;
 use overfly_flight::locate::{FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
 use overfly_store::{CacheLimits, Reader};
 use overfly_testkit::drawn::drawn_store;
-use overfly_testkit::soak::client::{Serving, get};
+use overfly_testkit::soak::client::{ServedStore, get};
 use overfly_testkit::soak::fault::{FAULTS, endure};
-use overfly_testkit::soak::question::{Expected, Kind, Pool, Questions, Verdict, weigh};
-use overfly_testkit::soak::{Plan, soak};
+use overfly_testkit::soak::question::{
+    AnswerVerdict, ExpectedAnswer, QuestionCounts, QuestionKind, Questions, judge_answer,
+};
+use overfly_testkit::soak::{SoakPlan, soak};
 use std::fs::{self, Permissions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -18,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-const POOL: Pool = Pool { tiles: 40, candidates: 60, fixes: 6 };
+const POOL: QuestionCounts = QuestionCounts { tiles: 40, candidates: 60, fixes: 6 };
 
 fn program() -> &'static Path {
     Path::new(env!("CARGO_BIN_EXE_overfly"))
@@ -41,13 +43,13 @@ fn memory() -> Vec<String> {
 fn mixed_requests_with_faults_get_right_answers_or_refusals() {
     let folder = tempfile::tempdir().unwrap();
     let sound = exported(folder.path(), None);
-    let questions = Questions::of(&sound, POOL, 1);
+    let questions = Questions::new(&sound, POOL, 1);
     let served = folder.path().join("served.gpkg");
     fs::copy(&sound, &served).unwrap();
     let log = folder.path().join("log");
-    let mut serving = Serving::start(program(), &served, &memory(), &log).unwrap();
+    let mut serving = ServedStore::start(program(), &served, &memory(), &log).unwrap();
     let rotting = Some((served.as_path(), sound.as_path()));
-    let plan = Plan { requests: 1_500, connections: 4, seed: 5, rotting, spares_landscape: false };
+    let plan = SoakPlan { requests: 1_500, connections: 4, seed: 5, rotting, spares_landscape: false };
     let soaked = soak(&mut serving, &questions, &plan);
     assert!(soaked.lives, "{}", fs::read_to_string(&log).unwrap());
     assert_eq!((soaked.tally.asked(), &soaked.tally.wrong[..]), (1_500, &[][..]));
@@ -67,9 +69,9 @@ fn mixed_requests_with_faults_get_right_answers_or_refusals() {
 fn a_card_removed_replaced_cut_off_or_unreadable_is_refused_and_served_again_when_it_is_back() {
     let folder = tempfile::tempdir().unwrap();
     let sound = exported(folder.path(), None);
-    let questions = Questions::of(&sound, POOL, 2);
+    let questions = Questions::new(&sound, POOL, 2);
     let served = folder.path().join("served.gpkg");
-    let start = || Serving::start(program(), &served, &memory(), &folder.path().join("log"));
+    let start = || ServedStore::start(program(), &served, &memory(), &folder.path().join("log"));
     for fault in FAULTS {
         fs::copy(&sound, &served).unwrap();
         let (asked, wrong) = endure(fault, &sound, &served, &questions, &start);
@@ -92,7 +94,7 @@ fn whoever_watches_is_told_that_it_is_ready_lives_and_stops() {
     let mut command = Command::new(program());
     command.args(["serve", "--onboard", "--listen", "127.0.0.1:0", "--db"]).arg(&sound);
     command.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "400000").env_remove("WATCHDOG_PID");
-    let mut serving = Serving::start_command(command, &folder.path().join("log")).unwrap();
+    let mut serving = ServedStore::start_command(command, &folder.path().join("log")).unwrap();
     assert_eq!([heard(), heard(), heard()], ["READY=1\nSTATUS=ready\n", "WATCHDOG=1\n", "STATUS=ready\n"]);
     assert_eq!(heard(), "WATCHDOG=1\n");
     fs::rename(&sound, folder.path().join("gone.gpkg")).unwrap();
@@ -197,7 +199,7 @@ fn a_clock_that_jumps_takes_nothing_away_in_flight() {
         return;
     };
     let sound = exported(folder.path(), Some("2031-06-30"));
-    let questions = Questions::of(&sound, POOL, 3);
+    let questions = Questions::new(&sound, POOL, 3);
     let offset = folder.path().join("offset");
     let now_s = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs() as i64;
     let jump_to = |s: i64| fs::write(&offset, (s - now_s).to_string()).unwrap();
@@ -205,7 +207,7 @@ fn a_clock_that_jumps_takes_nothing_away_in_flight() {
         let mut command = Command::new(program());
         command.args(["serve", "--onboard", "--listen", "127.0.0.1:0", "--db"]).arg(&sound);
         command.env("LD_PRELOAD", &shim).env("CLOCK_OFFSET_FILE", &offset);
-        Serving::start_command(command, &folder.path().join("log"))
+        ServedStore::start_command(command, &folder.path().join("log"))
     };
     let (day_s, last_day_s) = (86_400, 1_940_544_000 + 43_200); // noon of 2031-06-30
     jump_to(last_day_s + day_s);
@@ -217,11 +219,11 @@ fn a_clock_that_jumps_takes_nothing_away_in_flight() {
     // A day on, 60 years on, back to 1970, and where it was.
     for at_s in [last_day_s, last_day_s + day_s, last_day_s + 60 * 365 * day_s, 3, last_day_s] {
         jump_to(at_s);
-        for kind in [Kind::Tile, Kind::Candidates, Kind::Fix, Kind::Catalogue] {
+        for kind in [QuestionKind::Tile, QuestionKind::Candidates, QuestionKind::Fix, QuestionKind::Catalogue] {
             for index in 0..4 {
-                let question = questions.of_kind(kind, index);
-                let found = weigh(question, &client.send(&question.request).unwrap());
-                assert!(matches!(found, Verdict::Right | Verdict::Found), "{at_s} s: {found:?}");
+                let question = questions.get(kind, index);
+                let found = judge_answer(question, &client.send(&question.request).unwrap());
+                assert!(matches!(found, AnswerVerdict::Right | AnswerVerdict::Found), "{at_s} s: {found:?}");
             }
         }
         assert_eq!(client.get("/readyz").unwrap().status, 200, "{at_s} s");
@@ -283,13 +285,13 @@ fn no_call_of_a_session_writes() {
     }
     let folder = tempfile::tempdir().unwrap();
     let sound = exported(folder.path(), None);
-    let questions = Questions::of(&sound, POOL, 4);
+    let questions = Questions::new(&sound, POOL, 4);
     let trace = folder.path().join("trace");
     let mut command = Command::new("strace");
     // `-D`: the child is the service itself, so that it is what is stopped in the end.
     command.args(["-D", "-f", "-q", "-s", "200", "-e", "trace=%file,%desc", "-e", "signal=none", "-o"]).arg(&trace);
     command.arg(program()).args(["serve", "--onboard", "--listen", "127.0.0.1:0", "--db"]).arg(&sound);
-    let mut serving = match Serving::start_command(command, &folder.path().join("log")) {
+    let mut serving = match ServedStore::start_command(command, &folder.path().join("log")) {
         Ok(serving) => serving,
         Err(why) => {
             eprintln!("SKIPPED no_call_of_a_session_writes: tracing is not allowed here: {why}");
@@ -297,13 +299,17 @@ fn no_call_of_a_session_writes() {
         }
     };
     let mut client = serving.client();
-    for (kind, count) in
-        [(Kind::Tile, 40), (Kind::Candidates, 40), (Kind::Fix, 3), (Kind::Motion, 2), (Kind::Malformed, 12)]
-    {
+    for (kind, count) in [
+        (QuestionKind::Tile, 40),
+        (QuestionKind::Candidates, 40),
+        (QuestionKind::Fix, 3),
+        (QuestionKind::Motion, 2),
+        (QuestionKind::Malformed, 12),
+    ] {
         for index in 0..count {
-            let question = questions.of_kind(kind, index);
-            let found = weigh(question, &client.send(&question.request).unwrap());
-            assert!(!matches!(found, Verdict::Wrong(_)), "{found:?}");
+            let question = questions.get(kind, index);
+            let found = judge_answer(question, &client.send(&question.request).unwrap());
+            assert!(!matches!(found, AnswerVerdict::Wrong(_)), "{found:?}");
         }
     }
     let pid = serving.pid();
@@ -365,11 +371,11 @@ fn runs_from_a_read_only_mount_as_nobody_without_a_network() {
         (String::from_utf8_lossy(&answer[9..12]).into_owned(), answer[head + 4..].to_vec())
     };
     assert_eq!(ask("/readyz").0, "200");
-    let questions = Questions::of(&db, POOL, 6);
+    let questions = Questions::new(&db, POOL, 6);
     for index in 0..20 {
-        let question = questions.of_kind(Kind::Tile, index);
+        let question = questions.get(QuestionKind::Tile, index);
         let path = String::from_utf8_lossy(&question.request).split(' ').nth(1).unwrap().to_owned();
-        let Expected::Bytes(hash) = question.expected else { panic!("a tile is its bytes") };
+        let ExpectedAnswer::Bytes(hash) = question.expected else { panic!("a tile is its bytes") };
         assert_eq!(blake3::hash(&ask(&path).1), hash, "{path}");
     }
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());

@@ -10,7 +10,7 @@ use overfly_ingest::build::{self, Request};
 use overfly_ingest::export::ExportError;
 use overfly_ingest::export::{ExportRequest, Exported, export};
 use overfly_ingest::plan::parse_routes;
-use overfly_lab::trial::{Flight, Frame};
+use overfly_lab::trial::{RecordedFlight, RecordedFrame};
 use overfly_store::Reader;
 use overfly_store::package::{VerifyOptions, verify_package};
 use overfly_testkit::drawn::{drawn_store, project};
@@ -139,8 +139,8 @@ fn the_same_request_gives_the_same_bytes_whatever_the_routes_format() {
 
 /// The frames of the drawn flight with their truth and sensors.
 fn frames() -> Vec<(PathBuf, Geodetic, FixRequest)> {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
-    let asked = |frame: &Frame| {
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
+    let asked = |frame: &RecordedFrame| {
         let truth = frame.true_position.unwrap();
         let request = FixRequest {
             layer: "ortho".into(),
@@ -452,7 +452,7 @@ fn no_injury_is_missed_and_no_answer_is_wrong_after_one() {
     let folder = tempfile::tempdir().unwrap();
     let (out, copy) = (folder.path().join("cut.gpkg"), folder.path().join("injured.gpkg"));
     export_to(drawn_store(), &drawn_request(), &out);
-    let sound = overfly_testkit::injury::Sound::of(&out);
+    let sound = overfly_testkit::injury::SoundStore::read(&out);
     let injuries = sound.injuries(240, 30, 30, 7);
     let (path, truth, asked) = frames().swap_remove(2);
     let frame = read_frame(&path).unwrap();

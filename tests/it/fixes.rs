@@ -5,7 +5,7 @@ use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, Flight};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight};
 use overfly_store::Reader;
 use overfly_testkit::drawn::{built, drawn_store as drawn, project};
 use std::path::{Path, PathBuf};
@@ -23,13 +23,13 @@ fn trial() -> FixTrial {
 }
 
 fn score(trial: &FixTrial, store: &Reader, flight: &Path, right_m: f64) -> (FixScore, Vec<FixOutcome>) {
-    let flight = Flight::read(flight).unwrap();
+    let flight = RecordedFlight::read(flight).unwrap();
     let outcomes = trial.run(store, &flight, |_| {}).unwrap();
-    (FixScore::of(&outcomes, right_m, 2), outcomes)
+    (FixScore::from_outcomes(&outcomes, right_m, 2), outcomes)
 }
 
 fn drawn_frame(number: usize) -> (Gray, FixRequest) {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let frame = &flight.frames[number];
     let gray = read_frame(&frame.path).unwrap();
     let request = FixRequest {
@@ -76,7 +76,8 @@ fn the_number_of_threads_does_not_change_the_answer() {
 #[test]
 fn an_unknown_heading_is_found() {
     let (frame, request) = drawn_frame(5);
-    let truth = Flight::read(&project("tiles/flight")).unwrap().frames[5].true_heading_rad.unwrap().to_degrees();
+    let truth =
+        RecordedFlight::read(&project("tiles/flight")).unwrap().frames[5].true_heading_rad.unwrap().to_degrees();
     let request = FixRequest { heading: None, ..request };
     let Answer::Fix(fix) = locate(drawn(), &frame, &request, 2).unwrap() else { panic!("no fix") };
     let off = (fix.heading_deg - truth + 180.0).rem_euclid(360.0) - 180.0;

@@ -2,7 +2,7 @@
 
 use overfly_core::coupling::Mode;
 use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
-use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+use overfly_lab::trial::{Disturbances, FlyOutcome, FlyScore, FlyTrial, RecordedFlight};
 use overfly_testkit::drawn::{drawn_store, project};
 
 /// What counts as right on ground of 1 m a pixel.
@@ -29,13 +29,13 @@ fn options(mode: Mode, threads: usize) -> NavigateOptions {
 }
 
 fn flown(mode: Mode, disturbances: Disturbances, threads: usize) -> Vec<FlyOutcome> {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances };
     trial.run(&options(mode, threads), |_| {}).unwrap()
 }
 
 fn score(mode: Mode, outcomes: &[FlyOutcome]) -> FlyScore {
-    FlyScore::of(mode, outcomes, &[], RIGHT_M)
+    FlyScore::from_outcomes(mode, outcomes, &[], RIGHT_M)
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn a_replay_is_the_same_whatever_the_threads() {
 
 #[test]
 fn a_late_result_is_carried_forward() {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances: Disturbances::default() };
     // Three intervals between images, so that every result is three relative registrations old.
     let execution_times = ExecutionTimes { fixed_s: 10.0, seconds_per_tile: 0.0, ..ExecutionTimes::default() };
@@ -92,7 +92,7 @@ fn a_late_result_is_carried_forward() {
 
 #[test]
 fn a_late_result_tells_of_a_wrong_start_too() {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let disturbances = Disturbances { start_error_m: 600.0, ..Default::default() };
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances };
     // Between an image and its result one or two others are taken: what contradicts and what confirms are of different images.
@@ -105,10 +105,10 @@ fn a_late_result_tells_of_a_wrong_start_too() {
 
 #[test]
 fn dead_reckoning_is_scored_run_by_run() {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let trial = FlyTrial { store: drawn_store(), flight: &flight, disturbances: Disturbances::default() };
     let reckoned = trial.reckon(&options(Mode::RelativeOnly, 1), |_| {}).unwrap();
-    let score = FlyScore::of(Mode::RelativeOnly, &reckoned[0], &reckoned, RIGHT_M);
+    let score = FlyScore::from_outcomes(Mode::RelativeOnly, &reckoned[0], &reckoned, RIGHT_M);
     let [run] = &score.dead_reckoning_runs[..] else { panic!("one run: {score:?}") };
     assert!(run.path_m > 4000.0 && run.end_error_share < 0.02 && score.absolute_count == 0, "{score:?}");
     assert!(score.ellipse95_coverage.unwrap() >= 0.85, "{score:?}");

@@ -4,14 +4,14 @@ use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly_lab::trial::{Flight, Frame};
+use overfly_lab::trial::{RecordedFlight, RecordedFrame};
 use overfly_testkit::drawn::{drawn_store, project};
 
-fn flight() -> Flight {
-    Flight::read(&project("tiles/flight")).unwrap()
+fn flight() -> RecordedFlight {
+    RecordedFlight::read(&project("tiles/flight")).unwrap()
 }
 
-fn request(flight: &Flight, frame: &Frame, heading_known: bool) -> FixRequest {
+fn request(flight: &RecordedFlight, frame: &RecordedFrame, heading_known: bool) -> FixRequest {
     FixRequest {
         layer: "ortho".into(),
         position: PositionPrior::Square { centre: frame.true_position.unwrap(), half_width_m: 300.0 },

@@ -1,6 +1,6 @@
 //! Relative registration on real consecutive photos: registered, and in agreement with the sensors.
 
-use overfly_lab::trial::{Flight, LegScore, SensorSigmas, run_legs};
+use overfly_lab::trial::{LegScore, LegSensorSigmas, RecordedFlight, run_legs};
 use std::path::Path;
 
 /// All legs of a flight beside the repository; `None`, loudly, where it is not there.
@@ -10,14 +10,14 @@ fn score(name: &str) -> Option<LegScore> {
         eprintln!("SKIPPED: no flight in {}", folder.display());
         return None;
     }
-    let flight = Flight::read(&folder).unwrap();
+    let flight = RecordedFlight::read(&folder).unwrap();
     // Drones' receivers: 1 to 3 m; the heights are above take-off, the focal length is nominal.
-    let sensors = SensorSigmas { position_m: 2.0, heading_rad: 3f64.to_radians(), height_ratio: 0.03 };
+    let sensors = LegSensorSigmas { position_m: 2.0, heading_rad: 3f64.to_radians(), height_ratio: 0.03 };
     let legs = run_legs(&flight, &sensors, |_| ()).unwrap();
     for leg in legs.iter().filter(|leg| leg.measured.is_none_or(|m| !m.agrees)) {
         eprintln!("{leg:?}");
     }
-    Some(LegScore::of(&legs))
+    Some(LegScore::from_legs(&legs))
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Searches in which every fix would be false: none is accepted, and the trials hang on their seed alone.
 
-use overfly_lab::trial::{Flight, Kind, NegativeOutcome, NegativeScore, NegativeTrial};
+use overfly_lab::trial::{NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, RecordedFlight};
 use overfly_testkit::drawn::{drawn_store, project};
 
 fn trial(threads: usize) -> NegativeTrial {
@@ -10,7 +10,7 @@ fn trial(threads: usize) -> NegativeTrial {
         seed: 3,
         prior_error_m: 300.0,
         regions: vec![1.0, 4.0],
-        kinds: Kind::ALL.to_vec(),
+        kinds: NegativeKind::ALL.to_vec(),
         unknown_heading_share: 0.1,
         heading_sigma_deg: 3.0,
         height_sigma_ratio: 0.03,
@@ -19,7 +19,7 @@ fn trial(threads: usize) -> NegativeTrial {
 }
 
 fn run(threads: usize) -> Vec<NegativeOutcome> {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     trial(threads).run(drawn_store(), &flight, None, |_| {}).unwrap()
 }
 
@@ -35,7 +35,7 @@ fn told(outcomes: &[NegativeOutcome]) -> Vec<String> {
 #[test]
 fn negatives_are_not_accepted_whatever_the_number_of_threads() {
     let outcomes = run(2);
-    let score = NegativeScore::of(&outcomes, 2);
+    let score = NegativeScore::from_outcomes(&outcomes, 2);
     assert_eq!((score.trials + score.skipped, score.accepted), (48, 0), "{score:?}");
     assert!(score.trials >= 45 && score.by_kind.len() == 16, "{score:?}");
     assert!(score.false_rate_upper95 < 0.07);
@@ -49,8 +49,8 @@ fn negatives_are_not_accepted_whatever_the_number_of_threads() {
 
 #[test]
 fn elsewhere_is_searched_where_the_frame_is_not() {
-    let kinds = vec![Kind::Elsewhere];
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let kinds = vec![NegativeKind::Elsewhere];
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let trial = NegativeTrial { trials: 8, kinds, regions: vec![1.0, 100.0], ..trial(2) };
     let outcomes = trial.run(drawn_store(), &flight, None, |_| {}).unwrap();
     for o in &outcomes {

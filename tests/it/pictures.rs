@@ -4,11 +4,11 @@ use overfly_core::pixels::Colour;
 use overfly_flight::frame::read_colour_frame;
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
 use overfly_lab::explain::Explanation;
-use overfly_lab::trial::Flight;
+use overfly_lab::trial::RecordedFlight;
 use overfly_testkit::drawn::{drawn_store, project};
 
 fn pages(frame: &Colour, position: PositionPrior) -> (Answer, Vec<(&'static str, Vec<u8>)>) {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     let stated = &flight.frames[19];
     let request = FixRequest {
         layer: "ortho".into(),
@@ -24,7 +24,7 @@ fn pages(frame: &Colour, position: PositionPrior) -> (Answer, Vec<(&'static str,
 }
 
 fn square() -> PositionPrior {
-    let flight = Flight::read(&project("tiles/flight")).unwrap();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
     PositionPrior::Square { centre: flight.frames[19].true_position.unwrap(), half_width_m: 300.0 }
 }
 

@@ -3,14 +3,14 @@
 
 use overfly_core::coupling::Mode;
 use overfly_lab::trial::simulation::{
-    Flown, Simulation, Summary, Variation, read_simulation, summarize, write_simulation,
+    SimulatedFlights, Simulation, SimulationSummary, Variation, read_simulation, summarize, write_simulation,
 };
 use overfly_testkit::drawn::{drawn_store, project};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-fn flown(variations: Vec<Variation>, threads: usize) -> Vec<Flown> {
+fn flown(variations: Vec<Variation>, threads: usize) -> Vec<SimulatedFlights> {
     Simulation { path: "sim.toml".into(), variations, threads }.run(|| {}).unwrap()
 }
 
@@ -18,15 +18,15 @@ fn documented(name: &str) -> Vec<Variation> {
     read_simulation(&project(&format!("docs/simulation/{name}.toml"))).unwrap()
 }
 
-fn summaries(name: &str) -> Vec<Summary> {
+fn summaries(name: &str) -> Vec<SimulationSummary> {
     summarize(&flown(documented(name), 2)).0
 }
 
-fn find<'a>(summaries: &'a [Summary], variation: &str) -> &'a Summary {
+fn find<'a>(summaries: &'a [SimulationSummary], variation: &str) -> &'a SimulationSummary {
     summaries.iter().find(|s| s.variation == variation).unwrap_or_else(|| panic!("no {variation}"))
 }
 
-fn is_inside(summary: &Summary, what: &str) -> bool {
+fn is_inside(summary: &SimulationSummary, what: &str) -> bool {
     let found = summary.comparisons.iter().find(|c| c.what == what);
     found.unwrap_or_else(|| panic!("{} has no {what}", summary.variation)).inside
 }

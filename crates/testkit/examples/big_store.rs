@@ -50,7 +50,7 @@ const BLOCKS: usize = 16;
 const SIZE_PX: usize = TILE_SIZE_PX as usize;
 
 /// A tile of a block: levels above the base, column and row within the block, and what it holds.
-struct Placed {
+struct BlockTile {
     above: u8,
     column: u32,
     row: u32,
@@ -90,7 +90,7 @@ fn landscape(path: &Path) -> anyhow::Result<Reader> {
 }
 
 /// Blocks of mirrored tiles with their overviews.
-fn blocks(landscape: &Reader) -> anyhow::Result<Vec<Vec<Placed>>> {
+fn blocks(landscape: &Reader) -> anyhow::Result<Vec<Vec<BlockTile>>> {
     let layer = landscape.layer(LAYER)?;
     let sources = landscape.sources(layer)?;
     let seen: Vec<&Source> = sources.iter().take(1).collect();
@@ -112,13 +112,13 @@ fn block(
     mirrored: &[(TileContent, MaskedColour)],
     seen: &[&Source],
     dice: &mut ChaCha8Rng,
-) -> anyhow::Result<Vec<Placed>> {
+) -> anyhow::Result<Vec<BlockTile>> {
     let name = TileId::new(LEVELS, 0, 0)?;
     let mut placed = Vec::new();
     let mut level: Vec<MaskedColour> = Vec::new();
     for (row, column) in (0..BLOCK).flat_map(|r| (0..BLOCK).map(move |c| (r, c))) {
         let (content, pixels) = &mirrored[dice.random_range(0..mirrored.len())];
-        placed.push(Placed { above: 0, column, row, content: content.clone() });
+        placed.push(BlockTile { above: 0, column, row, content: content.clone() });
         level.push(pixels.clone());
     }
     for above in 1..=LEVELS {
@@ -128,7 +128,7 @@ fn block(
         for (row, column) in (0..side).flat_map(|r| (0..side).map(move |c| (r, c))) {
             let (x, y) = (2 * column, 2 * row);
             let pixels = halved([at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)]);
-            placed.push(Placed { above, column, row, content: TileContent::encode(name, &pixels, seen, None)? });
+            placed.push(BlockTile { above, column, row, content: TileContent::encode(name, &pixels, seen, None)? });
             level.push(pixels);
         }
     }
@@ -165,7 +165,7 @@ fn halved(four: [&MaskedColour; 4]) -> MaskedColour {
 }
 
 /// Writes the landscape and blocks around it until the store has about so many bytes; returns its tiles.
-fn write(path: &Path, landscape: &Reader, blocks: &[Vec<Placed>], bytes: u64) -> anyhow::Result<u64> {
+fn write(path: &Path, landscape: &Reader, blocks: &[Vec<BlockTile>], bytes: u64) -> anyhow::Result<u64> {
     let layer = landscape.layer(LAYER)?;
     let declaration = Declaration {
         layer: LAYER.into(),

@@ -131,13 +131,13 @@ fn sheet(pictures: &[Picture], seed: u64, index: usize) -> Vec<u8> {
 }
 
 /// Where a patch is cut: mirrored, turned, rescaled.
-struct Cut<'a> {
+struct PatchCut<'a> {
     picture: &'a Picture,
     centre: [f64; 2],
     turn: [f64; 2],
 }
 
-impl Cut<'_> {
+impl PatchCut<'_> {
     /// The picture's point of a patch's pixel.
     fn at(&self, x: f64, y: f64) -> [f64; 2] {
         // Left is right: the mirror.
@@ -157,7 +157,7 @@ impl Cut<'_> {
 }
 
 /// A picture by chance, and a cut that lies inside it: tried until one does.
-fn patch<'a>(pictures: &'a [Picture], rng: &mut ChaCha8Rng) -> Cut<'a> {
+fn patch<'a>(pictures: &'a [Picture], rng: &mut ChaCha8Rng) -> PatchCut<'a> {
     loop {
         let picture = &pictures[rng.random_range(0..pictures.len())];
         for _ in 0..200 {
@@ -168,7 +168,7 @@ fn patch<'a>(pictures: &'a [Picture], rng: &mut ChaCha8Rng) -> Cut<'a> {
                 at(picture.gray.width_px(), rng.random_range(0.0..1.0)),
                 at(picture.gray.height_px(), rng.random_range(0.0..1.0)),
             ];
-            let cut = Cut { picture, centre, turn: [cos / scale, sin / scale] };
+            let cut = PatchCut { picture, centre, turn: [cos / scale, sin / scale] };
             if cut.is_whole() {
                 return cut;
             }

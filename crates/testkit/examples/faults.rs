@@ -11,12 +11,12 @@ use overfly_testkit::drawn;
 use clap::Parser;
 use overfly_ingest::export::{ExportRequest, export};
 use overfly_ingest::plan::parse_routes;
-use overfly_testkit::faults::bench::{Bench, End};
-use overfly_testkit::faults::operation::operations;
+use overfly_testkit::faults::bench::{FaultBench, TargetState};
+use overfly_testkit::faults::operations::operations;
 use overfly_testkit::faults::reading::{ReadTally, readings};
-use overfly_testkit::faults::serving::Serving;
-use overfly_testkit::faults::shim::Kind;
-use overfly_testkit::faults::tally::Tally;
+use overfly_testkit::faults::serving::ServiceReads;
+use overfly_testkit::faults::shim::FaultKind;
+use overfly_testkit::faults::tally::FaultTally;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -50,7 +50,7 @@ fn main() -> ExitCode {
     let beside = || std::env::current_exe().expect("this program's place").with_file_name("../overfly");
     let overfly = args.overfly.clone().unwrap_or_else(beside);
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let bench = match Bench::new(&overfly, folder.path()) {
+    let bench = match FaultBench::new(&overfly, folder.path()) {
         Ok(bench) => bench,
         Err(reason) => {
             eprintln!("no fault can be injected: {reason}");
@@ -66,10 +66,12 @@ fn main() -> ExitCode {
     let mut failures = Vec::new();
     for operation in &operations {
         let expected = bench.undisturbed(operation);
-        for (kinds, all) in [(&Kind::KILLS[..], args.kills), (&Kind::FULL, args.full), (&Kind::IO, args.io)] {
+        for (kinds, all) in
+            [(&FaultKind::KILLS[..], args.kills), (&FaultKind::FULL, args.full), (&FaultKind::IO, args.io)]
+        {
             let most = all.div_ceil((kinds.len() * operations.len()) as u64);
             for &kind in kinds {
-                let tally = Tally::of(&bench, operation, &expected, kind, most, args.seed);
+                let tally = FaultTally::run(&bench, operation, &expected, kind, most, args.seed);
                 print_row(operation.name, kind, &tally);
                 failures.extend(tally.failures);
             }
@@ -81,7 +83,7 @@ fn main() -> ExitCode {
 }
 
 /// Bad reads; what is wrong with the program.
-fn read(bench: &Bench, folder: &Path, args: &Args) -> Vec<String> {
+fn read(bench: &FaultBench, folder: &Path, args: &Args) -> Vec<String> {
     let store = drawn::drawn_store();
     let exported = folder.join("to read.gpkg");
     let line = r#"{"type": "LineString", "coordinates": [[15.6120, 48.4915], [15.6160, 48.4915]]}"#;
@@ -95,9 +97,9 @@ fn read(bench: &Bench, folder: &Path, args: &Args) -> Vec<String> {
         .into_iter()
         .filter(|r| r.name.contains(&args.only))
         .collect();
-    let most = args.reads.div_ceil((Kind::IO.len() * (readings.len() + 1)) as u64);
+    let most = args.reads.div_ceil((FaultKind::IO.len() * (readings.len() + 1)) as u64);
     let mut failures = Vec::new();
-    let mut told = |name: &str, kind: Kind, tally: ReadTally| {
+    let mut told = |name: &str, kind: FaultKind, tally: ReadTally| {
         let ReadTally { points, tried, answered, refused, .. } = tally;
         println!(
             "{name:<28} {:<9} {points:>6} {tried:>6} {answered:>8} {refused:>8} {:>8}",
@@ -107,25 +109,27 @@ fn read(bench: &Bench, folder: &Path, args: &Args) -> Vec<String> {
         failures.extend(tally.failures);
     };
     for reading in &readings {
-        Kind::IO.into_iter().for_each(|k| told(reading.name, k, ReadTally::of(bench, reading, k, most, args.seed)));
+        FaultKind::IO
+            .into_iter()
+            .for_each(|k| told(reading.name, k, ReadTally::run(bench, reading, k, most, args.seed)));
     }
     if "serve, onboard".contains(&args.only) {
-        let serving = Serving::of(bench, &exported, &drawn::project("tiles/flight/frames/019.jpg"));
-        Kind::IO.into_iter().for_each(|k| told("serve, onboard", k, serving.tally(bench, k, most, args.seed)));
+        let serving = ServiceReads::new(bench, &exported, &drawn::project("tiles/flight/frames/019.jpg"));
+        FaultKind::IO.into_iter().for_each(|k| told("serve, onboard", k, serving.tally(bench, k, most, args.seed)));
     }
     failures
 }
 
-fn print_row(operation: &str, kind: Kind, tally: &Tally) {
+fn print_row(operation: &str, kind: FaultKind, tally: &FaultTally) {
     println!(
         "{operation:<28} {:<9} {:>6} {:>6} {:>7} {:>5} {:>11} {:>5} {:>8}",
         format!("{kind:?}"),
         tally.points,
         tally.tried,
-        tally.ended(End::Absent),
-        tally.ended(End::Old),
-        tally.ended(End::Unfinished),
-        tally.ended(End::New),
+        tally.ended(TargetState::Absent),
+        tally.ended(TargetState::Old),
+        tally.ended(TargetState::Unfinished),
+        tally.ended(TargetState::New),
         tally.failures.len()
     );
 }

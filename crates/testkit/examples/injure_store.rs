@@ -6,7 +6,7 @@
 //! ```
 
 use clap::Parser;
-use overfly_testkit::injury::Sound;
+use overfly_testkit::injury::SoundStore;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -31,7 +31,7 @@ struct Args {
 fn main() -> ExitCode {
     let args = Args::parse();
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let sound = Sound::of(&args.store);
+    let sound = SoundStore::read(&args.store);
     let copy = folder.path().join("injured.gpkg");
     let mut failures = 0;
     for (kind, flips, truncations, swaps) in

@@ -10,10 +10,10 @@
 //! store itself and leaves it alone.
 
 use clap::Parser;
-use overfly_testkit::soak::client::Serving;
+use overfly_testkit::soak::client::ServedStore;
 use overfly_testkit::soak::fault::{FAULTS, endure};
-use overfly_testkit::soak::question::{Pool, Questions};
-use overfly_testkit::soak::{Plan, Soaked, soak};
+use overfly_testkit::soak::question::{QuestionCounts, Questions};
+use overfly_testkit::soak::{SoakPlan, SoakResult, soak};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -49,7 +49,7 @@ fn main() -> anyhow::Result<ExitCode> {
     let beside = std::env::current_exe()?.parent().and_then(Path::parent).map(|p| p.join("overfly"));
     let program = args.program.clone().or(beside).unwrap_or_else(|| "overfly".into());
     let folder = tempfile::tempdir()?;
-    let questions = Questions::of(&args.db, Pool { tiles: 400, candidates: 400, fixes: 40 }, args.seed);
+    let questions = Questions::new(&args.db, QuestionCounts { tiles: 400, candidates: 400, fixes: 40 }, args.seed);
     let copy = folder.path().join("served.gpkg");
     let db = if args.in_place { &args.db } else { &copy };
     if !args.in_place {
@@ -57,12 +57,12 @@ fn main() -> anyhow::Result<ExitCode> {
     }
     let start = || {
         let arguments = ["--memory".to_owned(), args.memory.clone()];
-        Serving::start(&program, db, &arguments, &folder.path().join("log"))
+        ServedStore::start(&program, db, &arguments, &folder.path().join("log"))
     };
     let since = Instant::now();
     let mut serving = start().map_err(anyhow::Error::msg)?;
     let rotting = (!args.in_place).then_some((copy.as_path(), args.db.as_path()));
-    let plan = Plan {
+    let plan = SoakPlan {
         requests: args.requests,
         connections: args.connections,
         seed: args.seed,
@@ -85,8 +85,8 @@ fn main() -> anyhow::Result<ExitCode> {
 }
 
 /// Prints what came of it; returns how many answers were wrong.
-fn show(soaked: &Soaked, since: Instant) -> usize {
-    let Soaked { tally, readings, lives } = soaked;
+fn show(soaked: &SoakResult, since: Instant) -> usize {
+    let SoakResult { tally, readings, lives } = soaked;
     println!(
         "{:>14} {:>8} {:>8} {:>7} {:>6} {:>9} {:>8}",
         "request", "asked", "right", "found", "busy", "too much", "damaged"

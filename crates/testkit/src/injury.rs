@@ -25,7 +25,7 @@ pub enum Injury {
 
 /// What came of injuries.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
-pub struct Tally {
+pub struct InjuryTally {
     pub injuries: u64,
     /// `verify`: not good, exit code 3.
     pub not_good: u64,
@@ -40,7 +40,7 @@ pub struct Tally {
 }
 
 /// What a sound store answers.
-pub struct Sound {
+pub struct SoundStore {
     bytes: Vec<u8>,
     page: usize,
     layers: Vec<Layer>,
@@ -54,9 +54,9 @@ pub fn a_day() -> Date {
     Date::constant(2026, 11, 22)
 }
 
-impl Sound {
+impl SoundStore {
     /// All answers of the store at `path`.
-    pub fn of(path: &Path) -> Self {
+    pub fn read(path: &Path) -> Self {
         let reader = Reader::open(path).unwrap();
         let (mut footprints, mut tiles, mut cells) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
         for layer in reader.layers() {
@@ -110,9 +110,14 @@ impl Sound {
     }
 
     /// Does each injury to a copy at `path`, asks, and heals it again.
-    pub fn endure(&self, path: &Path, injuries: &[Injury], mut each: impl FnMut(&Path, &mut Tally)) -> Tally {
+    pub fn endure(
+        &self,
+        path: &Path,
+        injuries: &[Injury],
+        mut each: impl FnMut(&Path, &mut InjuryTally),
+    ) -> InjuryTally {
         std::fs::write(path, &self.bytes).unwrap();
-        let mut tally = Tally::default();
+        let mut tally = InjuryTally::default();
         for injury in injuries {
             self.injure(path, injury);
             tally.injuries += 1;
@@ -149,7 +154,7 @@ impl Sound {
     }
 
     /// `verify` refuses it, by 3 or 2, and lives.
-    fn verify(&self, path: &Path, injury: &Injury, tally: &mut Tally) {
+    fn verify(&self, path: &Path, injury: &Injury, tally: &mut InjuryTally) {
         let options = VerifyOptions { key: None, today: a_day(), every_tile: false };
         match catch_unwind(AssertUnwindSafe(|| verify_package(path, &options, &|_, _| ()))) {
             Err(_) => tally.failures.push(format!("verify panics on {injury:?}")),
@@ -161,7 +166,7 @@ impl Sound {
     }
 
     /// Onboard, without `verify`, no answer is wrong.
-    fn fly(&self, path: &Path, injury: &Injury, tally: &mut Tally) {
+    fn fly(&self, path: &Path, injury: &Injury, tally: &mut InjuryTally) {
         let flown = catch_unwind(AssertUnwindSafe(|| match open_onboard(path, None, &[], a_day()) {
             Err(_) => Ok(None),
             Ok(onboard) => self.ask(&onboard.store).map(|()| Some(onboard.store.damage().tiles)),

@@ -3,8 +3,8 @@
 use super::super::{Failure, Output};
 use overfly_core::coupling::Mode;
 use overfly_flight::navigate::{ExecutionTimes, NavigateOptions};
-use overfly_lab::report::{Flown, Mosaic, flown_page};
-use overfly_lab::trial::{Disturbances, Flight, FlyOutcome, FlyScore, FlyTrial};
+use overfly_lab::report::{Mosaic, ReplayedFlight, replay_html};
+use overfly_lab::trial::{Disturbances, FlyOutcome, FlyScore, FlyTrial, RecordedFlight};
 use overfly_store::Reader;
 
 const MODES: [Mode; 3] = [Mode::Sequential, Mode::Parallel, Mode::Combined];
@@ -20,7 +20,7 @@ pub struct DemoFlown {
 /// Flies in the paper's three modes, started by truth.
 pub fn fly(
     store: &Reader,
-    flight: &Flight,
+    flight: &RecordedFlight,
     right_m: f64,
     threads: usize,
     output: &Output,
@@ -34,7 +34,8 @@ pub fn fly(
         outcomes.push(trial.run(&options(mode), |_| bar.inc(1))?);
     }
     bar.finish_and_clear();
-    let scores = MODES.iter().zip(&outcomes).map(|(mode, o)| FlyScore::of(*mode, o, &reckoned, right_m)).collect();
+    let scores =
+        MODES.iter().zip(&outcomes).map(|(mode, o)| FlyScore::from_outcomes(*mode, o, &reckoned, right_m)).collect();
     Ok(DemoFlown { outcomes, scores, execution_times: options(Mode::Auto).execution_times })
 }
 
@@ -56,8 +57,12 @@ impl DemoFlown {
     /// Tracks, errors and chronograms.
     pub fn page(&self, mosaic: &Mosaic) -> String {
         let execution_times = self.execution_times;
-        let modes: Vec<Flown> =
-            self.outcomes.iter().zip(&self.scores).map(|(outcomes, score)| Flown { outcomes, score, execution_times }).collect();
-        flown_page("overfly: the demo's flight in the three coupling modes", mosaic, &modes)
+        let modes: Vec<ReplayedFlight> = self
+            .outcomes
+            .iter()
+            .zip(&self.scores)
+            .map(|(outcomes, score)| ReplayedFlight { outcomes, score, execution_times })
+            .collect();
+        replay_html("overfly: the demo's flight in the three coupling modes", mosaic, &modes)
     }
 }

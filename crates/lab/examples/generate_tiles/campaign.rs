@@ -1,11 +1,12 @@
 //! A campaign: a thousand frames and more over several landscapes, with the maps of three years before.
 
-use crate::canvas::Sun;
 use crate::flight::true_heading_rad;
 use crate::log::Log;
-use crate::scene::{SIZE_M, Scene};
-use crate::sight::{HEIGHT_PX, Pose, Sight, WIDTH_PX, relief};
+use crate::painting::paint;
+use crate::scene::{FarmlandScene, SIZE_M};
+use crate::sight::{CameraPose, HEIGHT_PX, Sight, WIDTH_PX, relief};
 use crate::sortie::Sortie;
+use crate::sun::Sun;
 use crate::survey::{self, CORNER, Radiometry, write_jpeg};
 use crate::utm::geodetic_from_grid;
 use rand::{Rng, SeedableRng};
@@ -23,12 +24,12 @@ pub fn draw(out: &Path, seed: u64, frames: usize, worlds: usize, sorties: usize)
     let days = worlds * sorties;
     let mut drawn = 0;
     for world in 0..worlds {
-        let scene = Scene::plan(seed + world as u64);
+        let scene = FarmlandScene::plan(seed + world as u64);
         let corner = [CORNER[0] + APART_M * world as f64, CORNER[1]];
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(world as u64);
         map(&scene, corner, &mut rng, &out.join(format!("map/{world}.jpg")))?;
-        let ground = crate::draw(&scene, 1);
+        let ground = paint(&scene, 1);
         for day in 0..sorties {
             let end = frames * (world * sorties + day + 1) / days;
             let sortie = Sortie::plan(&mut rng);
@@ -36,7 +37,7 @@ pub fn draw(out: &Path, seed: u64, frames: usize, worlds: usize, sorties: usize)
             let relief = relief(&canvas);
             while drawn < end {
                 let pose = pose(corner, drawn as f64, &mut rng);
-                let sight = Sight::of(&pose, corner);
+                let sight = Sight::new(&pose, corner);
                 let knots = sight.knots();
                 let colours = sight.expose(&canvas, &relief, |u, v| knots.ends(u, v));
                 let pixels = sortie.develop(colours, &mut rng);
@@ -54,8 +55,8 @@ pub fn draw(out: &Path, seed: u64, frames: usize, worlds: usize, sorties: usize)
 }
 
 /// The orthophoto of an early summer, at an hour of its own.
-fn map(scene: &Scene, corner: [f64; 2], rng: &mut ChaCha8Rng, path: &Path) -> anyhow::Result<()> {
-    let mut canvas = crate::draw(scene, 0);
+fn map(scene: &FarmlandScene, corner: [f64; 2], rng: &mut ChaCha8Rng, path: &Path) -> anyhow::Result<()> {
+    let mut canvas = paint(scene, 0);
     canvas.light(Sun { azimuth_deg: rng.random_range(130.0..230.0), elevation_deg: rng.random_range(48.0..63.0) });
     let radiometry = Radiometry {
         gain: [rng.random_range(1.0..1.08), 1.0, rng.random_range(0.94..1.0)],
@@ -67,7 +68,7 @@ fn map(scene: &Scene, corner: [f64; 2], rng: &mut ChaCha8Rng, path: &Path) -> an
 }
 
 /// Anywhere over a landscape, under any heading, tilted by up to 3 degrees each way.
-fn pose(corner: [f64; 2], time_s: f64, rng: &mut ChaCha8Rng) -> Pose {
+fn pose(corner: [f64; 2], time_s: f64, rng: &mut ChaCha8Rng) -> CameraPose {
     let x = rng.random_range(MARGIN_M..SIZE_M[0] - MARGIN_M);
     let y = rng.random_range(MARGIN_M..SIZE_M[1] - MARGIN_M);
     let grid = [corner[0] + x, corner[1] - y];
@@ -77,7 +78,7 @@ fn pose(corner: [f64; 2], time_s: f64, rng: &mut ChaCha8Rng) -> Pose {
         let deg = (rng.random_range(-3.0..3.0f64) * 1000.0).round() / 1000.0;
         deg.to_radians()
     };
-    Pose {
+    CameraPose {
         nadir,
         heading_rad: true_heading_rad(nadir, grid, rng.random_range(0.0..360.0)),
         pitch_rad: tilt(rng),

@@ -1,8 +1,8 @@
 //! A flight over a canvas: poses along a serpentine, and what was seen and said there.
 
-use crate::canvas::Canvas;
+use crate::canvas::SceneCanvas;
 use crate::log::Log;
-use crate::sight::{HEIGHT_PX, Pose, Sight, WIDTH_PX, relief};
+use crate::sight::{CameraPose, HEIGHT_PX, Sight, WIDTH_PX, relief};
 use crate::survey::{CORNER, Radiometry, write_jpeg};
 use crate::utm::geodetic_from_grid;
 use overfly_core::geodesy::{Geodetic, LocalFrame};
@@ -14,13 +14,13 @@ const HEIGHT_M: f64 = 520.0;
 const SPEED_MPS: f64 = 45.0;
 const FRAMES: usize = 40;
 /// Flies over the canvas and writes `flight.csv`, `camera.toml` and `frames/`.
-pub fn fly(canvas: &Canvas, radiometry: Radiometry, seed: u64, folder: &Path) -> anyhow::Result<usize> {
+pub fn fly(canvas: &SceneCanvas, radiometry: Radiometry, seed: u64, folder: &Path) -> anyhow::Result<usize> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let poses = poses(&mut rng);
     let mut log = Log::default();
     let relief = relief(canvas);
     for (i, pose) in poses.iter().enumerate() {
-        let sight = Sight::of(pose, CORNER);
+        let sight = Sight::new(pose, CORNER);
         let colours = sight.expose(canvas, &relief, |u, v| sight.ends(u, v));
         let gain = rng.random_range(0.9..1.1);
         let sensor = Radiometry { gain: radiometry.gain.map(|g| g * gain), ..radiometry };
@@ -34,7 +34,7 @@ pub fn fly(canvas: &Canvas, radiometry: Radiometry, seed: u64, folder: &Path) ->
 }
 
 /// Three legs joined by half circles, sampled evenly, with the wobble of a small aircraft.
-fn poses(rng: &mut ChaCha8Rng) -> Vec<Pose> {
+fn poses(rng: &mut ChaCha8Rng) -> Vec<CameraPose> {
     let (west, east, north, radius_m) = (330.0, 2230.0, 370.0, 325.0);
     let leg_m = east - west - 2.0 * radius_m;
     let turn_m = std::f64::consts::PI * radius_m;
@@ -61,7 +61,7 @@ fn poses(rng: &mut ChaCha8Rng) -> Vec<Pose> {
         };
         let grid = [CORNER[0] + x + rng.random_range(-12.0..12.0), CORNER[1] - y + rng.random_range(-12.0..12.0)];
         let nadir = geodetic_from_grid(grid);
-        out.push(Pose {
+        out.push(CameraPose {
             nadir,
             heading_rad: true_heading_rad(nadir, grid, grid_deg + rng.random_range(-4.0..4.0)),
             pitch_rad: f64::to_radians(1.5 + rng.random_range(-2.0..2.0)),

@@ -2,8 +2,8 @@
 
 use crate::curve::Curve;
 use crate::noise::{chance, cloudy, smooth};
-use crate::parcels::Place;
-use crate::scene::{Scene, Use};
+use crate::parcels::ParcelPlace;
+use crate::scene::{FarmlandScene, LandUse};
 
 type Rgb = [f32; 3];
 
@@ -60,21 +60,21 @@ fn within(distance_m: f64, half_m: f64) -> f32 {
 }
 
 /// Colour (before the sun) and height of what grows, at a point of the scene, in an epoch.
-pub fn ground(scene: &Scene, epoch: usize, x: f64, y: f64) -> (Rgb, f32) {
+pub fn ground(scene: &FarmlandScene, epoch: usize, x: f64, y: f64) -> (Rgb, f32) {
     let place = scene.parcels.place(x, y, epoch);
     let mut colour = match scene.uses[place.parcel] {
-        Use::Arable => field(scene, epoch, &place, x, y),
-        Use::Meadow | Use::Orchard => meadow(scene, epoch, &place, x, y),
-        Use::Garden => garden(scene, epoch, x, y),
-        Use::Wood => forest_floor(scene, x, y),
-        Use::FelledWood => {
+        LandUse::Arable => field(scene, epoch, &place, x, y),
+        LandUse::Meadow | LandUse::Orchard => meadow(scene, epoch, &place, x, y),
+        LandUse::Garden => garden(scene, epoch, x, y),
+        LandUse::Wood => forest_floor(scene, x, y),
+        LandUse::FelledWood => {
             if epoch == 0 {
                 forest_floor(scene, x, y)
             } else {
                 clearing(scene, x, y)
             }
         }
-        Use::YoungWood => {
+        LandUse::YoungWood => {
             if epoch == 1 {
                 forest_floor(scene, x, y)
             } else {
@@ -113,7 +113,7 @@ pub fn ground(scene: &Scene, epoch: usize, x: f64, y: f64) -> (Rgb, f32) {
     (scale(colour, speckle), if is_water || is_road { 0.0 } else { height.max(0.0) })
 }
 
-fn field(scene: &Scene, epoch: usize, place: &Place, x: f64, y: f64) -> Rgb {
+fn field(scene: &FarmlandScene, epoch: usize, place: &ParcelPlace, x: f64, y: f64) -> Rgb {
     let id = (place.parcel as i32, place.half as i32 + 4 * epoch as i32);
     let pick = (chance(scene.seed + 15, id.0, id.1) * 7.0) as usize;
     let crop = if epoch == 0 { &EARLY_SUMMER[pick] } else { &EARLY_AUTUMN[pick] };
@@ -137,13 +137,13 @@ fn field(scene: &Scene, epoch: usize, place: &Place, x: f64, y: f64) -> Rgb {
     mix(colour, scale(crop.soil, 0.95), line * crop.lines * 3.6)
 }
 
-fn grass(scene: &Scene, epoch: usize, x: f64, y: f64) -> Rgb {
+fn grass(scene: &FarmlandScene, epoch: usize, x: f64, y: f64) -> Rgb {
     let base = if epoch == 0 { [106.0, 126.0, 72.0] } else { [132.0, 132.0, 82.0] };
     let tuft = cloudy(scene.seed + 23 + epoch as u32, x / 7.0, y / 7.0);
     scale(base, 1.0 + 0.10 * tuft)
 }
 
-fn meadow(scene: &Scene, epoch: usize, place: &Place, x: f64, y: f64) -> Rgb {
+fn meadow(scene: &FarmlandScene, epoch: usize, place: &ParcelPlace, x: f64, y: f64) -> Rgb {
     let dry = cloudy(scene.seed + 24, x / 70.0, y / 70.0);
     let mut colour = mix(grass(scene, epoch, x, y), [150.0, 142.0, 92.0], 0.25 + 0.4 * dry);
     let is_mown = chance(scene.seed + 25, place.parcel as i32, epoch as i32) < 0.45;
@@ -154,7 +154,7 @@ fn meadow(scene: &Scene, epoch: usize, place: &Place, x: f64, y: f64) -> Rgb {
     colour
 }
 
-fn garden(scene: &Scene, epoch: usize, x: f64, y: f64) -> Rgb {
+fn garden(scene: &FarmlandScene, epoch: usize, x: f64, y: f64) -> Rgb {
     let plot = chance(scene.seed + 26, (x / 17.0).floor() as i32, (y / 21.0).floor() as i32);
     let base = grass(scene, epoch, x, y);
     match plot {
@@ -164,16 +164,16 @@ fn garden(scene: &Scene, epoch: usize, x: f64, y: f64) -> Rgb {
     }
 }
 
-fn forest_floor(scene: &Scene, x: f64, y: f64) -> Rgb {
+fn forest_floor(scene: &FarmlandScene, x: f64, y: f64) -> Rgb {
     scale([66.0, 70.0, 46.0], 1.0 + 0.2 * cloudy(scene.seed + 27, x / 4.0, y / 4.0))
 }
 
-fn clearing(scene: &Scene, x: f64, y: f64) -> Rgb {
+fn clearing(scene: &FarmlandScene, x: f64, y: f64) -> Rgb {
     let scrub = cloudy(scene.seed + 28, x / 9.0, y / 9.0);
     mix([142.0, 126.0, 98.0], [96.0, 108.0, 62.0], 0.45 + 0.7 * scrub)
 }
 
-fn water(scene: &Scene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> (Rgb, bool) {
+fn water(scene: &FarmlandScene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> (Rgb, bool) {
     // The second epoch is a dry autumn: the lake is 7 m smaller all round, the river 1 m on each side.
     let (lake_down_m, river_down_m) = if epoch == 0 { (0.0, 0.0) } else { (7.0, 1.0) };
     let mut colour = land;
@@ -199,7 +199,7 @@ fn water(scene: &Scene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> 
     (mix(colour, scale(surface, ripple), within(wet_m, 0.0)), wet_m < 0.0)
 }
 
-fn roads(scene: &Scene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> (Rgb, bool) {
+fn roads(scene: &FarmlandScene, epoch: usize, x: f64, y: f64, land: Rgb, grass: Rgb) -> (Rgb, bool) {
     let distance = |curve: &Curve| curve.beside(x, y);
     let mut colour = land;
     let mut nearest_m = f64::INFINITY;

@@ -1,7 +1,7 @@
 //! Draws the landscape of `tiles/`: an invented piece of farmland in two epochs as orthophotos, and a flight over the
 //! second epoch, exact in every number.
 //!
-//! `cargo run --release --example generate_tiles -- --out tiles` writes the same files for the same seed. With
+//! `cargo run --release -p overfly-lab --example generate_tiles -- --out tiles` writes the same files for the same seed. With
 //! `--flight-frames 2000 --out DIR` it draws instead as many frames over several landscapes, each seen on a few days
 //! of other light, season and weather, and the maps of them three years before.
 
@@ -13,18 +13,22 @@ mod ground;
 mod log;
 mod noise;
 mod objects;
+mod painting;
 mod parcels;
 mod relief;
 mod scene;
 mod sight;
 mod sortie;
+mod sun;
 mod survey;
 mod utm;
 
-use canvas::{Canvas, Sun};
+use canvas::SceneCanvas;
 use clap::Parser;
-use scene::{SIZE_M, Scene};
+use painting::paint;
+use scene::{FarmlandScene, SIZE_M};
 use std::path::PathBuf;
+use sun::Sun;
 use survey::{CORNER, Radiometry};
 
 /// Draws the landscape of `tiles/`.
@@ -47,17 +51,6 @@ struct Args {
     seed: u64,
 }
 
-fn draw(scene: &Scene, epoch: usize) -> Canvas {
-    let mut canvas = Canvas::paint(SIZE_M, |x, y| ground::ground(scene, epoch, x, y));
-    for tree in scene.trees(epoch) {
-        tree.draw(&mut canvas, scene.seed, epoch);
-    }
-    for (building, _) in scene.buildings.iter().filter(|(_, stands)| stands[epoch]) {
-        building.draw(&mut canvas, scene.seed + 60);
-    }
-    canvas
-}
-
 fn main() -> anyhow::Result<()> {
     let args = Args::parse();
     match args.flight_frames {
@@ -68,9 +61,9 @@ fn main() -> anyhow::Result<()> {
 
 /// The two epochs and the flight of `tiles/`.
 fn draw_tiles(args: &Args) -> anyhow::Result<()> {
-    let scene = Scene::plan(args.seed);
+    let scene = FarmlandScene::plan(args.seed);
 
-    let mut early_summer = draw(&scene, 0);
+    let mut early_summer = paint(&scene, 0);
     early_summer.light(Sun { azimuth_deg: 150.0, elevation_deg: 60.0 });
     let clear = Radiometry { gain: [1.02, 1.0, 0.97], gamma: 0.95, haze: 0.05, noise: 1.6 };
     let warmer = Radiometry { gain: [1.07, 1.02, 0.95], gamma: 0.92, haze: 0.07, noise: 1.6 };
@@ -78,9 +71,9 @@ fn draw_tiles(args: &Args) -> anyhow::Result<()> {
     survey::write(&early_summer, CORNER, (1160, 2560), warmer, args.seed + 2, 80, &args.out.join("epoch_1/east.jpg"))?;
     drop(early_summer);
 
-    let autumn = draw(&scene, 1);
+    let autumn = paint(&scene, 1);
     let relit = |sun| {
-        let mut lit = Canvas { colours: autumn.colours.clone(), heights_m: autumn.heights_m.clone(), ..autumn };
+        let mut lit = SceneCanvas { colours: autumn.colours.clone(), heights_m: autumn.heights_m.clone(), ..autumn };
         lit.light(sun);
         lit
     };

@@ -1,6 +1,6 @@
 //! Things with height: trees and buildings.
 
-use crate::canvas::Canvas;
+use crate::canvas::SceneCanvas;
 use crate::noise::{chance, smooth};
 
 /// A crown seen from above.
@@ -24,7 +24,7 @@ impl Tree {
     }
 
     /// Draws the crown in the colours of an epoch.
-    pub fn draw(&self, canvas: &mut Canvas, seed: u32, epoch: usize) {
+    pub fn draw(&self, canvas: &mut SceneCanvas, seed: u32, epoch: usize) {
         let tone = self.tone as f32;
         let colour = match (self.is_conifer, epoch) {
             (true, _) => [44.0 + 12.0 * tone, 62.0 + 14.0 * tone, 42.0 + 8.0 * tone],
@@ -90,7 +90,7 @@ impl Building {
     }
 
     /// Draws the roof.
-    pub fn draw(&self, canvas: &mut Canvas, seed: u32) {
+    pub fn draw(&self, canvas: &mut SceneCanvas, seed: u32) {
         let dice = chance(seed, self.centre[0] as i32, self.centre[1] as i32);
         let colour = match self.roof {
             Roof::Tile => [150.0 + 34.0 * dice, 88.0 + 22.0 * dice, 68.0 + 22.0 * dice],

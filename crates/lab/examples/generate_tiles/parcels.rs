@@ -32,7 +32,7 @@ pub struct Parcels {
 }
 
 /// Where a point lies in the partition.
-pub struct Place {
+pub struct ParcelPlace {
     /// Index of the parcel.
     pub parcel: usize,
     /// Which of its fields: 0, or 1 where it is divided.
@@ -99,7 +99,7 @@ impl Parcels {
     }
 
     /// Where (x, y) lies in an epoch.
-    pub fn place(&self, x: f64, y: f64, epoch: usize) -> Place {
+    pub fn place(&self, x: f64, y: f64, epoch: usize) -> ParcelPlace {
         let bend = |k: u32| {
             22.0 * f64::from(smooth(self.seed + k, x / 420.0, y / 420.0))
                 + 3.0 * f64::from(smooth(self.seed + k + 9, x / 70.0, y / 70.0))
@@ -124,7 +124,7 @@ impl Parcels {
                         edge_m = edge_m.min(side_m.abs());
                     }
                     let across = [-land.along[1], land.along[0]];
-                    return Place {
+                    return ParcelPlace {
                         parcel: *parcel,
                         half,
                         edge_m,

@@ -1,6 +1,6 @@
 //! `Relief`: how high anything stands near a point, so that rays and shadows need not look where nothing can be.
 
-use crate::canvas::{Canvas, PIXELS_PER_M};
+use crate::canvas::{PIXELS_PER_M, SceneCanvas};
 
 const BLOCK_PX: usize = 32;
 
@@ -12,7 +12,7 @@ pub struct Relief {
 
 impl Relief {
     /// Of a canvas, for distances up to `reach_m`.
-    pub fn of(canvas: &Canvas, reach_m: f64) -> Self {
+    pub fn new(canvas: &SceneCanvas, reach_m: f64) -> Self {
         let (columns, rows) = (canvas.width.div_ceil(BLOCK_PX), canvas.height.div_ceil(BLOCK_PX));
         let mut own = vec![0f32; columns * rows];
         for (row, line) in canvas.heights_m.chunks_exact(canvas.width).enumerate() {

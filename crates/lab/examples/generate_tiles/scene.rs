@@ -1,10 +1,10 @@
-//! `Scene`: the plan of an invented piece of farmland: parcels, roads, river, lake, village, woods, and what changes
+//! `FarmlandScene`: the plan of an invented piece of farmland: parcels, roads, river, lake, village, woods, and what changes
 //! between its two epochs.
 
 use crate::curve::Curve;
 use crate::noise::{chance, cloudy, smooth};
 use crate::objects::{Building, Roof, Tree};
-use crate::parcels::{Parcels, Place};
+use crate::parcels::{ParcelPlace, Parcels};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -13,7 +13,7 @@ pub const SIZE_M: [f64; 2] = [2560.0, 2048.0];
 
 /// What a piece of land is used for.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Use {
+pub enum LandUse {
     /// Ploughed; which crop depends on the epoch.
     Arable,
     /// Grass in both epochs.
@@ -31,13 +31,13 @@ pub enum Use {
 }
 
 /// The plan.
-pub struct Scene {
+pub struct FarmlandScene {
     /// Seed of all its noise.
     pub seed: u32,
     /// The fields.
     pub parcels: Parcels,
     /// Use of each parcel.
-    pub uses: Vec<Use>,
+    pub uses: Vec<LandUse>,
     /// The main road, 7 m of asphalt.
     pub main_road: Curve,
     /// Side roads, 4.6 m of asphalt.
@@ -59,7 +59,7 @@ const WOODS: [([f64; 2], f64); 4] =
     [([2200.0, 430.0], 330.0), ([1960.0, 1760.0], 290.0), ([110.0, 330.0], 260.0), ([980.0, 120.0], 170.0)];
 const LAKE: ([f64; 2], f64) = ([905.0, 1730.0], 118.0);
 
-impl Scene {
+impl FarmlandScene {
     /// The same plan for the same seed.
     pub fn plan(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -207,10 +207,10 @@ impl Scene {
     }
 
     /// Whether a wood stands at a point in an epoch, and how grown: 0 none, 1 full.
-    fn wood(&self, place: &Place, epoch: usize) -> f64 {
+    fn wood(&self, place: &ParcelPlace, epoch: usize) -> f64 {
         match (self.uses[place.parcel], epoch) {
-            (Use::Wood, _) | (Use::FelledWood, 0) | (Use::YoungWood, 1) => 1.0,
-            (Use::YoungWood, _) => 0.25,
+            (LandUse::Wood, _) | (LandUse::FelledWood, 0) | (LandUse::YoungWood, 1) => 1.0,
+            (LandUse::YoungWood, _) => 0.25,
             _ => 0.0,
         }
     }
@@ -293,9 +293,9 @@ impl Scene {
             Tree::broad([x, y], (2.0 + 2.0 * dice(3)) * grown, dice(4))
         } else if self.has_hedge(&place) && place.boundary_m < 2.2 && dice(2) < 0.3 {
             Tree::broad([x, y], (2.2 + 2.2 * dice(3)) * grown, dice(4))
-        } else if self.uses[place.parcel] == Use::Garden && dice(2) < 0.13 {
+        } else if self.uses[place.parcel] == LandUse::Garden && dice(2) < 0.13 {
             Tree::broad([x, y], (1.5 + 2.5 * dice(3)) * grown, dice(4))
-        } else if self.uses[place.parcel] == Use::Orchard {
+        } else if self.uses[place.parcel] == LandUse::Orchard {
             // One tree where a row crosses this cell.
             let on = |v: f64, step: f64| (v / step).fract().abs() < GRID_SHARE;
             (on(place.along_m, 10.4) && on(place.across_m, 10.4) && place.edge_m > 5.0)
@@ -309,35 +309,35 @@ impl Scene {
     }
 
     /// Whether the boundary nearest to a place carries a hedge.
-    pub fn has_hedge(&self, place: &Place) -> bool {
+    pub fn has_hedge(&self, place: &ParcelPlace) -> bool {
         (2..9).contains(&place.boundary.1) && self.parcels.chance_of(place.boundary.0, 1) < 0.33
     }
 
     /// Whether the boundary nearest to a place carries a track.
-    pub fn has_track(&self, place: &Place) -> bool {
+    pub fn has_track(&self, place: &ParcelPlace) -> bool {
         place.boundary.1 < 6 && self.parcels.chance_of(place.boundary.0, 2) < 0.45 && !self.has_hedge(place)
     }
 }
 
 const GRID_SHARE: f64 = 0.5;
 
-fn use_of(parcel: usize, centre: [f64; 2], seed: u32) -> Use {
+fn use_of(parcel: usize, centre: [f64; 2], seed: u32) -> LandUse {
     let far = |c: [f64; 2]| (c[0] - centre[0]).hypot(c[1] - centre[1]);
     let dice = |k: u32| chance(seed + 300 + k, parcel as i32, 5);
     if far(VILLAGE) < 165.0 {
-        return Use::Garden;
+        return LandUse::Garden;
     }
     if WOODS.iter().any(|(c, r)| far(*c) < *r) && dice(0) < 0.85 {
         return match dice(1) {
-            v if v < 0.10 => Use::FelledWood,
-            v if v < 0.18 => Use::YoungWood,
-            _ => Use::Wood,
+            v if v < 0.10 => LandUse::FelledWood,
+            v if v < 0.18 => LandUse::YoungWood,
+            _ => LandUse::Wood,
         };
     }
     match dice(2) {
-        v if v < 0.035 => Use::Wood,
-        v if v < 0.07 || (far(VILLAGE) < 330.0 && v < 0.35) => Use::Orchard,
-        v if v < 0.24 => Use::Meadow,
-        _ => Use::Arable,
+        v if v < 0.035 => LandUse::Wood,
+        v if v < 0.07 || (far(VILLAGE) < 330.0 && v < 0.35) => LandUse::Orchard,
+        v if v < 0.24 => LandUse::Meadow,
+        _ => LandUse::Arable,
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Nothing of the program's own camera model is used, so that agreement with it means something.
 
-use crate::canvas::{Canvas, PIXELS_PER_M};
+use crate::canvas::{PIXELS_PER_M, SceneCanvas};
 use crate::relief::Relief;
 use crate::utm::grid_from_geodetic;
 use nalgebra::Vector3;
@@ -25,7 +25,7 @@ const TOP_M: f64 = 32.0;
 const RAYS: usize = 3;
 
 /// Where the camera is and how it looks.
-pub struct Pose {
+pub struct CameraPose {
     /// Straight below.
     pub nadir: Geodetic,
     /// Clockwise from true north.
@@ -44,8 +44,8 @@ pub struct Pose {
 type Ends = [[f64; 2]; 2];
 
 /// What stands near a ray: to a corner, tilted by 10 degrees, it moves by 25 m below the top.
-pub fn relief(canvas: &Canvas) -> Relief {
-    Relief::of(canvas, TOP_M)
+pub fn relief(canvas: &SceneCanvas) -> Relief {
+    Relief::new(canvas, TOP_M)
 }
 
 /// A camera in its place over a canvas.
@@ -61,7 +61,7 @@ pub struct Sight {
 
 impl Sight {
     /// At a pose, over a canvas whose north-western corner has these grid coordinates.
-    pub fn of(pose: &Pose, corner: [f64; 2]) -> Self {
+    pub fn new(pose: &CameraPose, corner: [f64; 2]) -> Self {
         // Heading turns the level axes, pitch lifts the nose, roll lowers the right wing.
         let (sin_h, cos_h) = pose.heading_rad.sin_cos();
         let (sin_p, cos_p) = pose.pitch_rad.sin_cos();
@@ -87,14 +87,19 @@ impl Sight {
     }
 
     /// As [`Sight::ends`] to a few millimetres and much quicker: exact at every fourth pixel, bilinear between.
-    pub fn knots(&self) -> Knots {
+    pub fn knots(&self) -> RayGrid {
         let (columns, rows) = (WIDTH_PX / KNOT_PX + 1, HEIGHT_PX / KNOT_PX + 1);
         let at = |i: usize| self.ends((i % columns * KNOT_PX) as f64, (i / columns * KNOT_PX) as f64);
-        Knots { columns, ends: (0..columns * rows).into_par_iter().map(at).collect() }
+        RayGrid { columns, ends: (0..columns * rows).into_par_iter().map(at).collect() }
     }
 
     /// What the camera sees, before its electronics; `ends` gives the ray of a position.
-    pub fn expose(&self, canvas: &Canvas, relief: &Relief, ends: impl Fn(f64, f64) -> Ends + Sync) -> Vec<[f32; 3]> {
+    pub fn expose(
+        &self,
+        canvas: &SceneCanvas,
+        relief: &Relief,
+        ends: impl Fn(f64, f64) -> Ends + Sync,
+    ) -> Vec<[f32; 3]> {
         let see = |u: f64, v: f64| {
             let [top, bottom] = ends(u, v);
             first_hit(canvas, relief, top, bottom)
@@ -118,12 +123,12 @@ impl Sight {
 const KNOT_PX: usize = 4;
 
 /// Rays at the corners of a grid of pixels.
-pub struct Knots {
+pub struct RayGrid {
     columns: usize,
     ends: Vec<Ends>,
 }
 
-impl Knots {
+impl RayGrid {
     /// The ray through a position on the frame, pixels.
     pub fn ends(&self, u: f64, v: f64) -> Ends {
         let (x, y) = (u / KNOT_PX as f64, v / KNOT_PX as f64);
@@ -141,7 +146,7 @@ impl Knots {
 }
 
 /// The colour where a ray from `top` (at [`TOP_M`]) to `bottom` (on the ground) first meets the scene.
-fn first_hit(canvas: &Canvas, relief: &Relief, top: [f64; 2], bottom: [f64; 2]) -> [f32; 3] {
+fn first_hit(canvas: &SceneCanvas, relief: &Relief, top: [f64; 2], bottom: [f64; 2]) -> [f32; 3] {
     const STEPS: usize = 64;
     let pixel = |p: [f64; 2]| p.map(|v| (v * PIXELS_PER_M).floor() as isize);
     let tallest_m = f64::from(relief.tallest_m(pixel(bottom)[0], pixel(bottom)[1]));

@@ -1,8 +1,9 @@
 //! `Sortie`: one day over a landscape: its light, season and weather, what stands about, and the state of the camera.
 
-use crate::canvas::{Canvas, Sun};
+use crate::canvas::SceneCanvas;
 use crate::noise::cloudy;
 use crate::sight::{HEIGHT_PX, WIDTH_PX};
+use crate::sun::Sun;
 use crate::survey::Radiometry;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -48,8 +49,9 @@ impl Sortie {
     }
 
     /// The ground on that day: turned in colour, strewn with things, lit, under the clouds' shadows.
-    pub fn lit(&self, ground: &Canvas, rng: &mut ChaCha8Rng) -> Canvas {
-        let mut canvas = Canvas { colours: ground.colours.clone(), heights_m: ground.heights_m.clone(), ..*ground };
+    pub fn lit(&self, ground: &SceneCanvas, rng: &mut ChaCha8Rng) -> SceneCanvas {
+        let mut canvas =
+            SceneCanvas { colours: ground.colours.clone(), heights_m: ground.heights_m.clone(), ..*ground };
         let (tone, share) = self.turning;
         canvas.colours.par_iter_mut().for_each(|c| {
             let green = ((c[1] - c[0].max(c[2])) / 24.0).clamp(0.0, 1.0) * share;
@@ -66,7 +68,7 @@ impl Sortie {
         canvas
     }
 
-    fn shade(&self, canvas: &mut Canvas, seed: u32) {
+    fn shade(&self, canvas: &mut SceneCanvas, seed: u32) {
         let width = canvas.width;
         canvas.colours.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
             for (column, colour) in line.iter_mut().enumerate() {
@@ -93,7 +95,7 @@ impl Sortie {
 }
 
 /// A car, a bale, a container, a sheet of plastic: an upright box anywhere.
-fn strew(canvas: &mut Canvas, rng: &mut ChaCha8Rng) {
+fn strew(canvas: &mut SceneCanvas, rng: &mut ChaCha8Rng) {
     const TONES: [[f32; 3]; 6] = [
         [226.0, 226.0, 222.0],
         [40.0, 42.0, 46.0],

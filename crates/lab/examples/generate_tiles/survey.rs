@@ -1,6 +1,6 @@
 //! Orthophotos of a canvas, as files: JPEG, world file, `.prj`.
 
-use crate::canvas::{Canvas, PIXELS_PER_M};
+use crate::canvas::{PIXELS_PER_M, SceneCanvas};
 use crate::utm::PRJ;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -38,7 +38,7 @@ impl Radiometry {
 /// Writes columns `from_m..to_m` of a canvas, whose north-western corner has grid coordinates `corner`, as an
 /// orthophoto of 1 m pixels.
 pub fn write(
-    canvas: &Canvas,
+    canvas: &SceneCanvas,
     corner: [f64; 2],
     range_m: (usize, usize),
     radiometry: Radiometry,

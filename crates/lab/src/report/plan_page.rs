@@ -1,30 +1,31 @@
-//! `plan_html`: the plan as one page that loads nothing: words, map of the route, plots.
+//! `plan_html`: the plan as one page: text, map of the route, plots.
 
+use super::data_url::data_url;
+use super::html::Page;
+use super::mosaic::Mosaic;
 use super::plan_plot::plan_svgs;
-use super::{Mosaic, data_url, escaped};
+use maud::{Markup, PreEscaped, html};
 use overfly_core::geodesy::Geodetic;
 use overfly_ingest::plan::{Forecast, RouteForecast, RouteStep};
-use std::fmt::Write;
 
-const STYLE: &str = include_str!("report.css");
 const WIDTH_PX: usize = 1200;
+const HEIGHT_WITHOUT_MAP_PX: usize = 600;
 
-/// The page. `text` is what the command prints; the map under the route where it is given.
+/// The page. `text` is what the command prints; a mosaic, where given, lies under the route.
 pub fn plan_html(forecast: &Forecast, text: &str, route: Option<(&RouteForecast, Option<&Mosaic>)>) -> String {
-    let map = route.map_or(String::new(), |(route, mosaic)| route_map(route, mosaic));
-    let plots: String = plan_svgs(forecast).into_iter().map(|(_, plot)| format!("<figure>{plot}</figure>")).collect();
-    format!(
-        r#"<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>overfly: plan</title><style>{STYLE}</style></head>
-<body><main><header><h1>Plan</h1><p>{}</p></header>{map}<section><h2>Figures</h2><pre>{}</pre></section>
-<section><h2>Plots</h2><div class="plots">{plots}</div></section></main></body></html>
-"#,
-        escaped(&forecast.advice.why),
-        escaped(text)
-    )
+    let body = html! {
+        @if let Some((route, mosaic)) = route { (route_map(route, mosaic)) }
+        section { h2 { "Figures" } pre { (text) } }
+        section {
+            h2 { "Plots" }
+            div class="plots" { @for (_, plot) in plan_svgs(forecast) { figure { (PreEscaped(plot)) } } }
+        }
+    };
+    let introduction = html! { (forecast.advice.why) };
+    Page { title: "overfly: plan", heading: "Plan", introduction, body, script: "" }.into_html()
 }
 
-fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> String {
+fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> Markup {
     let picture = mosaic.map(|m| (m, m.shrunk(WIDTH_PX)));
     let place = |s: &RouteStep| -> Option<[f64; 2]> {
         match &picture {
@@ -35,35 +36,42 @@ fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> String {
             None => plain(route, s),
         }
     };
-    let (width, height) =
-        picture.as_ref().map_or((WIDTH_PX, 600), |(_, (small, _))| (small.width_px(), small.height_px()));
+    let (width, height) = picture
+        .as_ref()
+        .map_or((WIDTH_PX, HEIGHT_WITHOUT_MAP_PX), |(_, (small, _))| (small.width_px(), small.height_px()));
     let [left, top, right, bottom] = frame(route.steps.iter().filter_map(&place), width as f64, height as f64);
-    let mut svg = format!(
-        r#"<section><h2>Route</h2><p class="legend"><span class="key right"></span>a fix is expected <span class="key false"></span>none is</p><svg class="map" viewBox="{left:.0} {top:.0} {:.0} {:.0}" role="img" aria-label="map of the route">"#,
-        right - left,
-        bottom - top
-    );
-    if let Some((_, (small, _))) = &picture {
-        let _ = write!(svg, r#"<image width="{width}" height="{height}" href="{}"/>"#, data_url(small, 78));
+    let view_box = format!("{left:.0} {top:.0} {:.0} {:.0}", right - left, bottom - top);
+    html! {
+        section {
+            h2 { "Route" }
+            p class="legend" {
+                span class="key right" {} "a fix is expected " span class="key false" {} "no fix is expected"
+            }
+            svg class="map" viewBox=(view_box) role="img" aria-label="map of the route" {
+                @if let Some((_, (small, _))) = &picture {
+                    image width=(width) height=(height) href=(data_url(small, 78)) {}
+                }
+                @for s in &route.steps { @if let Some(at) = place(s) { (step(s, at)) } }
+            }
+        }
     }
-    for s in &route.steps {
-        let Some([x, y]) = place(s) else { continue };
-        let class = if s.fix_expected { "right" } else { "false" };
-        let _ = write!(
-            svg,
-            r#"<circle class="fix {class}" cx="{x:.1}" cy="{y:.1}" r="6"><title>{:.0} m: map {:.0} %, {:.0} keypoints, distinctiveness {:.2}, {:.2} s a search</title></circle>"#,
-            s.way_m,
-            100.0 * s.covered,
-            s.keypoints,
-            s.distinctiveness,
-            s.execution_s
-        );
-    }
-    svg.push_str("</svg></section>");
-    svg
 }
 
-/// The picture and all of the route: left, top, right, bottom. A route that leads further away than five pictures is cut.
+fn step(s: &RouteStep, at: [f64; 2]) -> Markup {
+    let class = if s.fix_expected { "fix right" } else { "fix false" };
+    let [x, y] = at.map(|v| format!("{v:.1}"));
+    let title = format!(
+        "{:.0} m: map {:.0} %, {:.0} keypoints, distinctiveness {:.2}, {:.2} s a search",
+        s.way_m,
+        100.0 * s.covered,
+        s.keypoints,
+        s.distinctiveness,
+        s.execution_s
+    );
+    html! { circle class=(class) cx=(x) cy=(y) r="6" { title { (title) } } }
+}
+
+/// The box around the picture and the route: left, top, right, bottom. A route farther away than five pictures is cut.
 fn frame(points: impl Iterator<Item = [f64; 2]>, width: f64, height: f64) -> [f64; 4] {
     let most = 5.0 * width.max(height);
     points.fold([0.0, 0.0, width, height], |[l, t, r, b], [x, y]| {
@@ -72,7 +80,7 @@ fn frame(points: impl Iterator<Item = [f64; 2]>, width: f64, height: f64) -> [f6
     })
 }
 
-/// Without a picture: longitude and latitude filling the frame.
+/// A place without a map: longitude and latitude fill the frame.
 fn plain(route: &RouteForecast, s: &RouteStep) -> Option<[f64; 2]> {
     let scaled = |of: fn(&RouteStep) -> f64, room: f64| {
         let (low, high) =

@@ -1,6 +1,6 @@
 //! `plan_svgs`: v_max against K1, T0_max against D_U, and how the searches settle.
 
-use super::plot::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
+use super::chart::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
 use overfly_core::coupling::{Combined, CouplingParameters, ExecutionSequence, Parallel, Sequential};
 use overfly_ingest::plan::Forecast;
 use plotters::prelude::*;

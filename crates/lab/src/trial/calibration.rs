@@ -1,31 +1,33 @@
-//! From measurements to constants: `calibration.toml`.
+//! `Calibrated`: the constants that measurements give, and the text of `calibration.toml`.
 
+use super::cost::Cost;
+use super::error::TrialError;
 use super::relative_laws::RelativeLaws;
-use super::{Cost, TrialError};
 use overfly_core::coupling::{CalibratedImages, Calibration, SearchCost};
 use overfly_core::registration::relative::MOST_EDGE_PX;
 use overfly_core::tile::TILE_SIZE_PX;
 use serde::Serialize;
 
-/// What `overfly calibrate` found, as JSON spells it.
+/// The result of a calibration, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Calibrated {
     /// The constants.
     #[serde(flatten)]
     pub calibration: Calibration,
-    /// What of them are laws of relative registration, and what those were fitted to.
+    /// The laws of relative registration, and the registrations they were fitted to.
     pub laws: RelativeLaws,
-    /// The search.
+    /// The time of a search against the area it searches.
     pub cost: Cost,
 }
 
 impl Calibrated {
-    /// Takes the constants from the laws, and K1 from `cost`. Where a search's measured time does not grow with its area
-    /// (few tiles, a busy machine), K1 is the time of the largest area over its tiles, and the constant 0: never too quick.
+    /// Takes the constants from the laws, and K1 from `cost`. If the measured time of a search does not grow with its
+    /// area (few tiles, a busy machine), K1 is the time of the largest area over its tiles and the constant is 0, so
+    /// that K1 is never too small.
     ///
     /// # Errors
-    /// [`TrialError::Option`] where no drift is known, or no area was searched.
-    pub fn of(laws: RelativeLaws, edge_px: usize, cost: Cost) -> Result<Self, TrialError> {
+    /// [`TrialError::Option`] if no drift is known or no area was searched.
+    pub fn from_measurements(laws: RelativeLaws, edge_px: usize, cost: Cost) -> Result<Self, TrialError> {
         let nothing = |name, expected| TrialError::Option { name, value: 0.0, expected };
         let calibration = Calibration {
             images: CalibratedImages {
@@ -51,7 +53,7 @@ fn search_cost(cost: &Cost) -> Option<SearchCost> {
     Some(SearchCost { seconds_per_store_tile, search_constant_s, tile_px: f64::from(TILE_SIZE_PX) })
 }
 
-/// The text of a `calibration.toml`: every field with its unit, and no word of when and where.
+/// The text of a `calibration.toml`: every field with its unit. The text does not depend on time or place.
 pub fn calibration_toml(calibration: &Calibration) -> String {
     let Calibration { images: i, relative: r, drift: d, search: s } = calibration;
     format!(
@@ -98,7 +100,8 @@ pub fn calibration_toml(calibration: &Calibration) -> String {
 mod tests {
     use super::super::drift_curve::tests::sample;
     use super::*;
-    use crate::trial::{CostStep, Spread};
+    use crate::trial::cost::CostStep;
+    use crate::trial::quantiles::Quantiles;
 
     fn cost(medians_ms: [f64; 2]) -> Cost {
         let step = |tiles: f64, median: f64| CostStep {
@@ -109,7 +112,7 @@ mod tests {
             right: 5,
             repeats: 6,
             first_ms: 90.0,
-            elapsed_ms: Spread { median, p95: median, max: median },
+            elapsed_ms: Quantiles { median, p95: median, max: median },
         };
         let slope = (medians_ms[1] - medians_ms[0]) / 8e3;
         Cost {
@@ -125,12 +128,12 @@ mod tests {
 
     fn laws() -> RelativeLaws {
         let samples = [(100, 90.0, 20), (600, 560.0, 150), (2400, 2100.0, 700)];
-        RelativeLaws::of(&samples.map(|(limit, n, matched)| sample(limit, n, matched, 0.05))).unwrap()
+        RelativeLaws::fit(&samples.map(|(limit, n, matched)| sample(limit, n, matched, 0.05))).unwrap()
     }
 
     #[test]
     fn writes_what_plan_reads() {
-        let c = Calibrated::of(laws(), 512, cost([20.0, 36.0])).unwrap().calibration;
+        let c = Calibrated::from_measurements(laws(), 512, cost([20.0, 36.0])).unwrap().calibration;
         assert!((c.search.seconds_per_store_tile - 0.002).abs() < 1e-12);
         let read: Calibration = toml::from_str(&calibration_toml(&c)).unwrap();
         assert_eq!(read.check(), Ok(()));
@@ -141,7 +144,7 @@ mod tests {
 
     #[test]
     fn times_that_do_not_grow_give_no_negative_k1() {
-        let found = Calibrated::of(laws(), 512, cost([50.0, 36.0])).unwrap();
+        let found = Calibrated::from_measurements(laws(), 512, cost([50.0, 36.0])).unwrap();
         assert!((found.calibration.search.seconds_per_store_tile - 0.004).abs() < 1e-12);
         assert_eq!(found.calibration.search.search_constant_s, 0.0);
     }

@@ -1,13 +1,14 @@
-//! `camera.toml`.
+//! Reads `camera.toml`.
 
-use super::TrialError;
+use super::error::TrialError;
 use overfly_core::camera::Intrinsics;
 use std::path::Path;
 
-/// The camera that a `camera.toml` describes.
+/// Returns the camera that a `camera.toml` describes.
 ///
 /// # Errors
-/// Where the file cannot be read, a key is missing or of the wrong kind, or the numbers cannot be a camera's.
+/// [`TrialError::Unreadable`]; [`TrialError::NotACamera`] if a key is missing or of the wrong type, or if no camera
+/// has these numbers.
 pub fn read_camera(path: &Path) -> Result<Intrinsics, TrialError> {
     let not_a_camera = |reason: String| TrialError::NotACamera { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;

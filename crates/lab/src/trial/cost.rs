@@ -1,10 +1,12 @@
 //! `evaluate cost`: how the time of a search grows with the tiles it searches.
 //!
-//! A frame is cut from the map itself, turned and made noisy, and searched for in squares of more and more tiles. The
+//! A frame is cut from the map itself, turned, made noisy, and searched for in squares of more and more tiles. The
 //! line through the medians is t = constant + K1 times tiles.
 
-use super::negatives::MappedGround;
-use super::{Spread, TrialError};
+use super::csv_file::{Decimals, Shortest, write_csv};
+use super::error::TrialError;
+use super::mapped_ground::MappedGround;
+use super::quantiles::Quantiles;
 use overfly_core::camera::{Camera, View};
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
@@ -17,44 +19,44 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What is measured.
+/// The options of a measurement.
 #[derive(Debug, Clone)]
 pub struct CostTrial {
     /// Layer to search.
     pub layer: String,
-    /// Areas to search, in base tiles.
+    /// Areas to search, base tiles.
     pub tiles: Vec<f64>,
-    /// Searches of each area, every one from another prior.
+    /// Searches of each area, each from a prior of its own.
     pub repeats: usize,
-    /// Columns and rows of the frame, whose pixels are as large as the map's.
+    /// Columns and rows of the frame. Its pixels are as large as the map's.
     pub frame_px: [usize; 2],
-    /// Whether no heading is stated.
+    /// Whether the heading is unknown to the search.
     pub unknown_heading: bool,
-    /// Of priors and noise.
+    /// Seed of priors and noise.
     pub seed: u64,
-    /// Of each search.
+    /// Threads of each search.
     pub threads: usize,
 }
 
-/// Searches of one area.
+/// The searches of one area.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CostStep {
-    /// Area of the square, in base tiles.
+    /// Area of the square, base tiles.
     pub tiles: f64,
     /// Half its edge, metres.
     pub half_width_m: f64,
-    /// Base tiles that meet the square or a frame within it.
+    /// Base tiles that meet the square, or a frame within it.
     pub tiles_searched: usize,
-    /// The paper's count.
+    /// Nominal count of the search, by the paper's model.
     pub nominal_count: f64,
     /// Searches that found the frame.
     pub right: usize,
     /// Searches made.
     pub repeats: usize,
-    /// Of the first search, before which nothing of the area was read, milliseconds.
+    /// Duration of the first search, before which nothing of the area had been read, milliseconds.
     pub first_ms: f64,
-    /// Of all others.
-    pub elapsed_ms: Spread,
+    /// Durations of all other searches, milliseconds.
+    pub elapsed_ms: Quantiles,
 }
 
 /// The summary of `evaluate cost`, as JSON spells it.
@@ -62,17 +64,17 @@ pub struct CostStep {
 pub struct Cost {
     /// Columns and rows of the frame.
     pub frame_px: [usize; 2],
-    /// Whether no heading was stated.
+    /// Whether the heading was unknown to the search.
     pub unknown_heading: bool,
-    /// K1: of the least-squares line through the medians.
+    /// K1: slope of the least-squares line through the medians, seconds per base tile.
     pub seconds_per_tile: f64,
-    /// The same line at no tile.
+    /// Intercept of the same line, seconds.
     pub constant_s: f64,
-    /// Area by area.
+    /// The results, area by area.
     pub steps: Vec<CostStep>,
-    /// Areas, in tiles, of which the layer holds less than nine tenths.
+    /// Areas that were skipped because the layer covers less than nine tenths of them, base tiles.
     pub skipped: Vec<f64>,
-    /// Of each search.
+    /// Threads of each search.
     pub threads: usize,
 }
 
@@ -80,14 +82,14 @@ pub struct Cost {
 const HEADING_RAD: f64 = 0.6;
 /// Noise added to the frame, one standard deviation, gray levels.
 const NOISE: f32 = 4.0;
-/// Right within this many pixels of the map.
+/// Greatest error of a right fix, pixels of the map.
 const RIGHT_PX: f64 = 3.0;
 
 impl CostTrial {
-    /// Measures; `progress` is called after each area.
+    /// Measures every area; calls `progress` after each.
     ///
     /// # Errors
-    /// Where an option is out of range, the layer is smaller than the frame, or the store fails.
+    /// If an option is out of range, the layer is smaller than the frame, or the store fails.
     pub fn run(&self, store: &Reader, mut progress: impl FnMut(&CostStep)) -> Result<Cost, TrialError> {
         let refuse = |name, value: f64, expected| Err(TrialError::Option { name, value, expected });
         if self.repeats < 2 {
@@ -98,7 +100,7 @@ impl CostTrial {
         }
         let fail = |cause: LocateError| TrialError::Locate { image: "a frame cut from the map".into(), cause };
         let layer = store.layer(&self.layer).map_err(|e| fail(e.into()))?;
-        let ground = MappedGround::of(store, layer).map_err(|e| fail(e.into()))?;
+        let ground = MappedGround::read(store, layer).map_err(|e| fail(e.into()))?;
         let Some(place) = ground.middle() else {
             return refuse("tiles", 0.0, "a layer with imagery");
         };
@@ -155,7 +157,7 @@ impl CostTrial {
             right += usize::from(is_right(&answer, &frame, gsd));
         }
         let first_ms = times.remove(0);
-        let elapsed_ms = Spread::of(times).expect("at least two searches");
+        let elapsed_ms = Quantiles::from_values(times).expect("at least two searches");
         let repeats = self.repeats;
         Ok(CostStep {
             tiles,
@@ -169,7 +171,7 @@ impl CostTrial {
         })
     }
 
-    /// What a camera above `place` would see if the map were the ground.
+    /// Draws what a camera above `place` would see if the map were the ground.
     fn cut(&self, store: &Reader, layer: &Layer, place: Geodetic, gsd: Gsd) -> Result<Gray, LocateError> {
         let [width, height] = self.frame_px;
         let view = View::Nadir { gsd_m_per_px: gsd.mean_m_per_px() };
@@ -186,7 +188,7 @@ impl CostTrial {
             let [right_m, ahead_m] = camera.level_from_frame(pixel).unwrap_or([0.0; 2]);
             let (east_m, north_m) = (right_m * cos + ahead_m * sin, ahead_m * cos - right_m * sin);
             let (x, y) = (at.x_px + east_m / gsd.east_m_per_px, at.y_px - north_m / gsd.north_m_per_px);
-            // Twelve uniform numbers less six are near enough to normal.
+            // The sum of twelve uniform numbers, minus six, is close enough to normal.
             let noise = (0..12).map(|_| rng.random::<f32>()).sum::<f32>() - 6.0;
             let shown = map.sample(x - corner[0] as f64, y - corner[1] as f64);
             *value = (shown + NOISE * noise).round().clamp(0.0, 255.0);
@@ -195,7 +197,7 @@ impl CostTrial {
     }
 }
 
-/// A square of the base level, 0 where there is no map.
+/// Returns a square of the base level; 0 where the map has no pixel.
 fn window(store: &Reader, layer: &Layer, corner: [i64; 2], edge_px: usize) -> Result<Gray, LocateError> {
     let size = i64::from(TILE_SIZE_PX);
     let mut map = Gray::filled(edge_px, edge_px, 0.0);
@@ -223,7 +225,7 @@ fn is_right(answer: &Answer, frame: &LocalFrame, gsd: Gsd) -> bool {
         .is_ok_and(|at| frame.enu_from_geodetic(at).length_m() <= RIGHT_PX * gsd.mean_m_per_px())
 }
 
-/// Constant and slope, seconds and seconds a tile, of the least-squares line through the medians.
+/// Constant (s) and slope (s per tile) of the least-squares line through the medians.
 fn line(steps: &[CostStep]) -> [f64; 2] {
     let n = steps.len() as f64;
     let mean = |of: fn(&CostStep) -> f64| steps.iter().map(of).sum::<f64>() / n.max(1.0);
@@ -234,31 +236,44 @@ fn line(steps: &[CostStep]) -> [f64; 2] {
     [y - slope * x, slope]
 }
 
-/// Writes `cost.csv` into a folder (made where absent) and returns its path.
+/// A row of `cost.csv`.
+#[derive(Serialize, Default)]
+struct CostRow {
+    tiles: Shortest,
+    half_width_m: Decimals<1>,
+    tiles_searched: usize,
+    nominal_count: Decimals<2>,
+    right: usize,
+    repeats: usize,
+    first_ms: Decimals<3>,
+    median_ms: Decimals<3>,
+    p95_ms: Decimals<3>,
+    max_ms: Decimals<3>,
+}
+
+impl CostRow {
+    fn new(s: &CostStep) -> Self {
+        Self {
+            tiles: Shortest(s.tiles),
+            half_width_m: Decimals(s.half_width_m),
+            tiles_searched: s.tiles_searched,
+            nominal_count: Decimals(s.nominal_count),
+            right: s.right,
+            repeats: s.repeats,
+            first_ms: Decimals(s.first_ms),
+            median_ms: Decimals(s.elapsed_ms.median),
+            p95_ms: Decimals(s.elapsed_ms.p95),
+            max_ms: Decimals(s.elapsed_ms.max),
+        }
+    }
+}
+
+/// Writes `cost.csv` into a folder, which is made if absent, and returns the path of the file.
 ///
 /// # Errors
-/// Where the folder or file cannot be written.
+/// [`TrialError::Unwritable`].
 pub fn write_cost(folder: &Path, cost: &Cost) -> Result<PathBuf, TrialError> {
-    let mut text = String::from(
-        "tiles,half_width_m,tiles_searched,nominal_count,right,repeats,first_ms,median_ms,p95_ms,max_ms\n",
-    );
-    for s in &cost.steps {
-        let e = s.elapsed_ms;
-        text.push_str(&format!(
-            "{},{:.1},{},{:.2},{},{},{:.3},{:.3},{:.3},{:.3}\n",
-            s.tiles,
-            s.half_width_m,
-            s.tiles_searched,
-            s.nominal_count,
-            s.right,
-            s.repeats,
-            s.first_ms,
-            e.median,
-            e.p95,
-            e.max
-        ));
-    }
-    super::fix_table::write_table(folder, "cost.csv", &text)
+    write_csv(folder, "cost.csv", cost.steps.iter().map(CostRow::new))
 }
 
 #[cfg(test)]
@@ -275,7 +290,7 @@ mod tests {
             right: 5,
             repeats: 6,
             first_ms: 90.0,
-            elapsed_ms: Spread { median: 12.0 + 3.0 * tiles, p95: 50.0, max: 60.0 },
+            elapsed_ms: Quantiles { median: 12.0 + 3.0 * tiles, p95: 50.0, max: 60.0 },
         };
         let [constant_s, seconds_per_tile] = line(&[step(1.0), step(4.0), step(100.0)]);
         assert!((constant_s - 0.012).abs() < 1e-12 && (seconds_per_tile - 0.003).abs() < 1e-12);

@@ -1,22 +1,27 @@
-//! `DriftCurve`: how the drift of relative registrations falls with matched descriptors, and how many bring it below a bound.
+//! `DriftCurve`: how the drift of relative registrations falls with the number of matched descriptors, and how many
+//! matches bring it below a bound.
 
-use super::{RelativeSample, Spread};
+use super::motions::RIGHT_PX;
+use super::quantiles::Quantiles;
+use super::relative_sample::RelativeSample;
 use overfly_core::coupling::{PAPER_DRIFT_M, PAPER_GSD_M_PER_PX, PixelDriftLaw, fit_line, fit_power, r_squared};
 use serde::Serialize;
 
-/// The drift at which matches are compared with the paper's 600: its metre on its pixels of 1.19 m, 0.84 px.
+/// The drift for which the needed matches are compared with the paper's 600: one metre on its pixels of 1.19 m, 0.84
+/// px.
 pub const DRIFT_BOUND_PX: f64 = PAPER_DRIFT_M / PAPER_GSD_M_PER_PX;
 
-/// Whose displacement is held against the truth.
+/// The estimator whose displacement is compared with the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// The program's answer, from the brightness of all that both images show; pairs that it refuses have none.
+    /// The program's answer, from the brightness of everything that both images show. Pairs that the program rejects
+    /// have none.
     Program,
-    /// What keypoints alone agree on, of the pairs that the program accepts.
+    /// The motion on which keypoints alone agree, for the pairs that the program accepts.
     Keypoints,
-    /// What keypoints alone agree on, accidents included: every pair in which any two agree. Nearest to the paper, which has
-    /// no test of its answers.
+    /// The motion on which keypoints alone agree, chance agreements included: every pair in which any two keypoints
+    /// agree. Closest to the paper, which does not test its answers.
     KeypointsUnchecked,
 }
 
@@ -30,44 +35,45 @@ impl Estimator {
     }
 }
 
-/// Registrations with about as many matches.
+/// Registrations with about the same number of matches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DriftBin {
-    /// n, the mean.
+    /// Mean number of matches n.
     pub matches: f64,
-    /// The least n.
+    /// Least number of matches.
     pub least_matches: usize,
-    /// The most.
+    /// Greatest number of matches.
     pub most_matches: usize,
-    /// Registrations.
+    /// Number of registrations.
     pub registrations: usize,
-    /// Root of the mean square, pixels.
+    /// Root mean square of the drifts, pixels.
     pub rms_px: f64,
     /// Drifts, pixels.
-    pub drift_px: Spread,
+    pub drift_px: Quantiles,
 }
 
-/// From how many matches on the drift is below [`DRIFT_BOUND_PX`], by three ways of saying so.
+/// From how many matches on the drift stays below [`DRIFT_BOUND_PX`], by three definitions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MatchesNeeded {
     /// The bound, pixels.
     pub drift_px: f64,
-    /// The fewest matches seen; no count below can be told from the data.
+    /// The fewest matches seen. The data say nothing about fewer.
     pub fewest_seen: usize,
-    /// The least n of the first bin from which on the root of the mean square of every bin is below; absent where that of
-    /// the last is not.
+    /// The least n of the first bin from which on the root mean square of every bin is below the bound; absent if the
+    /// last bin is not.
     pub by_bins: Option<usize>,
-    /// The least n seen from which on every single registration is below; absent where one with the most matches is not.
+    /// The least n seen from which on every single registration is below the bound; absent if one with the most
+    /// matches is not.
     pub by_every_registration: Option<usize>,
-    /// Registrations from there on.
+    /// Number of registrations from there on.
     pub registrations_from_there: usize,
-    /// Where the law is below; absent where it never is, or there is none. The law knows no accidents: below the fewest seen it
-    /// says what nobody has measured.
+    /// The n from which on the law is below the bound; absent if it never is, or if there is no law. The law does not
+    /// model chance agreements, so below `fewest_seen` it extrapolates.
     pub by_law: Option<f64>,
 }
 
 impl MatchesNeeded {
-    /// What the law says, in words: of counts that were seen.
+    /// `by_law` in words, limited to counts that were seen.
     pub fn law_in_words(&self) -> String {
         match self.by_law {
             Some(n) if n < self.fewest_seen as f64 => format!("below {}", self.fewest_seen),
@@ -77,34 +83,34 @@ impl MatchesNeeded {
     }
 }
 
-/// Drift against matches, of one estimator.
+/// Drift against matches for one estimator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DriftCurve {
-    /// Of which.
+    /// The estimator.
     pub estimator: Estimator,
-    /// Registrations tried.
+    /// Number of registrations tried.
     pub tried: usize,
-    /// Those that gave a displacement: the rest of the curve is of them.
+    /// Registrations that gave a displacement. The rest of the curve describes these.
     pub scored: usize,
-    /// Those off by more than a pixel.
+    /// Registrations with an error of more than a pixel.
     pub beyond_one_px: usize,
-    /// D_U = sqrt(floor^2 + pair^2 / n) through the bins.
+    /// The law D_U = sqrt(floor^2 + pair^2 / n) through the bins.
     pub law: Option<PixelDriftLaw>,
-    /// The share of the variance of the bins' log10 that the law explains.
+    /// Share of the variance of the bins' log10 that the law explains.
     pub r2: Option<f64>,
-    /// The power with which the bins fall with n; errors that average out give -1/2.
+    /// Power with which the bins fall with n. Errors that average out give -1/2.
     pub power: Option<f64>,
     /// Spearman's rank correlation of n and drift over single registrations, in [-1, 1].
     pub rank_correlation: Option<f64>,
-    /// Each up to one and a half times as wide as it begins, fewest matches first.
+    /// Bins, fewest matches first; each spans up to a factor of 1.5 in n.
     pub bins: Vec<DriftBin>,
-    /// Matches for a drift below the bound; absent without a registration.
+    /// Matches needed for a drift below the bound; absent without a registration.
     pub matches_needed: Option<MatchesNeeded>,
 }
 
 impl DriftCurve {
-    /// Of samples in any order.
-    pub fn of(estimator: Estimator, samples: &[RelativeSample]) -> Self {
+    /// Fits a curve to samples, in any order.
+    pub fn fit(estimator: Estimator, samples: &[RelativeSample]) -> Self {
         let mut drifts: Vec<(usize, f64)> =
             samples.iter().filter_map(|s| Some((s.matched, estimator.drift_px(s)?))).filter(|d| d.0 >= 1).collect();
         drifts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -116,7 +122,7 @@ impl DriftCurve {
             estimator,
             tried: samples.len(),
             scored: drifts.len(),
-            beyond_one_px: drifts.iter().filter(|d| d.1 > super::RIGHT_PX).count(),
+            beyond_one_px: drifts.iter().filter(|d| d.1 > RIGHT_PX).count(),
             law,
             r2: law.and_then(|law| r_squared(&logs, |n| law.drift_px(n).log10())),
             power: fit_power(&roots),
@@ -127,7 +133,7 @@ impl DriftCurve {
     }
 }
 
-/// Of drifts sorted by matches.
+/// `drifts` must be sorted by matches.
 fn bins(drifts: &[(usize, f64)]) -> Vec<DriftBin> {
     let of = |n: usize| ((n as f64).ln() / 1.5f64.ln()).floor();
     let bin = |bin: &[(usize, f64)]| {
@@ -138,23 +144,23 @@ fn bins(drifts: &[(usize, f64)]) -> Vec<DriftBin> {
             most_matches: bin.last()?.0,
             registrations: bin.len(),
             rms_px: mean(|d| d.1 * d.1).sqrt(),
-            drift_px: Spread::of(bin.iter().map(|d| d.1).collect())?,
+            drift_px: Quantiles::from_values(bin.iter().map(|d| d.1).collect())?,
         })
     };
     drifts.chunk_by(|a, b| of(a.0) == of(b.0)).filter_map(bin).collect()
 }
 
-/// The law through the bins: squares of drift are a line over 1 / n.
+/// The law through the bins: the square of the drift is linear in 1 / n.
 fn law(bins: &[DriftBin]) -> Option<PixelDriftLaw> {
     let points: Vec<_> = bins.iter().map(|b| (1.0 / b.matches, b.rms_px * b.rms_px)).collect();
     let [floor2, pair2] = fit_line(&points)?;
     Some(PixelDriftLaw { pair_drift_px: pair2.sqrt(), floor_px: floor2.sqrt() })
 }
 
-/// Of drifts sorted by matches.
+/// `drifts` must be sorted by matches.
 fn needed(drifts: &[(usize, f64)], bins: &[DriftBin], law: Option<PixelDriftLaw>) -> Option<MatchesNeeded> {
     let good_bins = bins.iter().rev().take_while(|b| b.rms_px < DRIFT_BOUND_PX).count();
-    // Those with as many matches as the last bad one do not count either.
+    // Registrations with as many matches as the last bad one do not count either.
     let last_bad = drifts.iter().rev().find(|d| d.1 >= DRIFT_BOUND_PX).map_or(0, |d| d.0);
     let good = &drifts[drifts.partition_point(|d| d.0 <= last_bad)..];
     let by_law = law.and_then(|l| l.in_metres(1.0).ok()?.matches_for(DRIFT_BOUND_PX).ok()).filter(|n| n.is_finite());
@@ -168,7 +174,7 @@ fn needed(drifts: &[(usize, f64)], bins: &[DriftBin], law: Option<PixelDriftLaw>
     })
 }
 
-/// Spearman's: Pearson's over ranks, equals sharing their mean rank.
+/// Spearman's rank correlation: Pearson's correlation of the ranks; equal values share their mean rank.
 fn rank_correlation(points: &[(usize, f64)]) -> Option<f64> {
     let x = ranks(points.iter().map(|p| p.0 as f64).collect());
     let y = ranks(points.iter().map(|p| p.1).collect());
@@ -178,7 +184,7 @@ fn rank_correlation(points: &[(usize, f64)]) -> Option<f64> {
     (points.len() >= 3 && share.is_finite()).then_some(share)
 }
 
-/// The rank of every value, from 0; equals share their mean.
+/// Ranks of all values, from 0; equal values share their mean rank.
 fn ranks(values: Vec<f64>) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -197,7 +203,7 @@ pub(super) mod tests {
     use super::super::relative_sample::{Drifts, StepTimes};
     use super::*;
 
-    /// A sample made of the laws that calibrations look for.
+    /// A sample that follows the laws which calibrations look for.
     pub fn sample(limit: usize, n: f64, matched: usize, drift_px: f64) -> RelativeSample {
         RelativeSample {
             image: 1,
@@ -223,14 +229,14 @@ pub(super) mod tests {
 
     #[test]
     fn errors_that_average_out_are_known_by_law_power_and_rank() {
-        let curve = DriftCurve::of(Estimator::Program, &averaging());
+        let curve = DriftCurve::fit(Estimator::Program, &averaging());
         let near = |found: f64, made: f64| assert!((found - made).abs() < 1e-6, "{found} {made}");
         near(curve.law.unwrap().pair_drift_px, 2.0);
         near(curve.law.unwrap().floor_px, 0.0);
         near(curve.r2.unwrap(), 1.0);
         near(curve.power.unwrap(), -0.5);
         near(curve.rank_correlation.unwrap(), -1.0);
-        // 2 / 0.84 squared is 5.66: of the counts seen, 8 is the first beyond.
+        // (2 / 0.84)^2 is 5.66: of the counts seen, 8 is the first beyond.
         let needed = curve.matches_needed.unwrap();
         near(needed.by_law.unwrap(), (2.0 * 1.19f64).powi(2));
         assert_eq!(
@@ -246,13 +252,13 @@ pub(super) mod tests {
     fn one_bad_registration_counts_against_all_with_as_few_matches_or_fewer() {
         let mut samples = averaging();
         samples.push(sample(600, 500.0, 32, 5.0));
-        let needed = DriftCurve::of(Estimator::Program, &samples).matches_needed.unwrap();
+        let needed = DriftCurve::fit(Estimator::Program, &samples).matches_needed.unwrap();
         assert_eq!(
             (needed.by_bins, needed.by_every_registration, needed.registrations_from_there),
             (Some(64), Some(64), 2)
         );
         samples.push(sample(600, 500.0, 4000, 5.0));
-        let needed = DriftCurve::of(Estimator::Program, &samples).matches_needed.unwrap();
+        let needed = DriftCurve::fit(Estimator::Program, &samples).matches_needed.unwrap();
         assert_eq!((needed.by_bins, needed.by_every_registration, needed.registrations_from_there), (None, None, 0));
     }
 
@@ -261,13 +267,13 @@ pub(super) mod tests {
         let mut lost = sample(75, 70.0, 3, 100.0);
         lost.drifts.drift_px = None;
         let samples = [lost, sample(600, 500.0, 90, 0.1), sample(600, 500.0, 90, 0.2)];
-        let of = |estimator| DriftCurve::of(estimator, &samples);
+        let of = |estimator| DriftCurve::fit(estimator, &samples);
         let [program, keypoints, unchecked] =
             [Estimator::Program, Estimator::Keypoints, Estimator::KeypointsUnchecked].map(of);
         assert_eq!([program.scored, keypoints.scored, unchecked.scored], [2, 2, 3]);
         assert_eq!([program.tried, unchecked.tried, unchecked.beyond_one_px], [3, 3, 1]);
         assert_eq!(unchecked.matches_needed.unwrap().by_every_registration, Some(90));
-        assert_eq!(DriftCurve::of(Estimator::Program, &[]).matches_needed, None);
+        assert_eq!(DriftCurve::fit(Estimator::Program, &[]).matches_needed, None);
     }
 
     #[test]

@@ -1,11 +1,12 @@
-//! Whether an error lies within its own covariance.
+//! Errors measured by their own covariance.
 
 use overfly_core::geodesy::Enu;
 
 /// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
 pub const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
 
-/// e^T C^-1 e of an error and its covariance, [[ee, en], [en, nn]] in m^2; infinite where that is not positive definite.
+/// Normalised estimation error squared (NEES) e^T C^-1 e of an error and its covariance [[ee, en], [en, nn]], m^2;
+/// infinite if the covariance is not positive definite.
 pub fn nees(error: Enu, [[ee, en], [_, nn]]: [[f64; 2]; 2]) -> f64 {
     let Enu { east_m: e, north_m: n } = error;
     let determinant = ee * nn - en * en;

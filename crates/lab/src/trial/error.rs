@@ -1,4 +1,4 @@
-//! Why a trial cannot be run.
+//! Errors of trials.
 
 use overfly_flight::frame::FrameError;
 use overfly_flight::locate::LocateError;
@@ -8,105 +8,105 @@ use overfly_ingest::raster::ImageryError;
 use overfly_store::StoreError;
 use std::path::PathBuf;
 
-/// Why a trial cannot be run. Lines are counted from 1, the header being line 1.
+/// The reason why a trial cannot run. Lines are counted from 1; the header is line 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialError {
     /// A file cannot be read.
     #[error("{path}: {cause}")]
     Unreadable {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         cause: std::io::Error,
     },
     /// A file cannot be written.
     #[error("cannot write {path}: {cause}")]
     Unwritable {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         cause: std::io::Error,
     },
-    /// Not a table at all.
+    /// A file is not a CSV table.
     #[error("{path} line {line}: {reason}")]
     NotATable {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Where.
+        /// The line.
         line: u64,
-        /// What is wrong.
+        /// What is wrong with the file.
         reason: String,
     },
     /// The header lacks a column.
     #[error("{path}: the header has no column {column}; it needs {needed}")]
     MissingColumn {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Which column.
+        /// The column.
         column: &'static str,
-        /// All that are needed, separated by commas.
+        /// All needed columns, separated by commas.
         needed: String,
     },
-    /// A cell does not hold what it must.
+    /// A cell has an invalid value.
     #[error("{path} line {line}: {column} = {found:?}: {expected}")]
     BadCell {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Where.
+        /// The line.
         line: u64,
-        /// Which column.
+        /// The column.
         column: &'static str,
-        /// What it holds.
+        /// The value of the cell.
         found: String,
-        /// What it must hold.
+        /// What the cell must hold.
         expected: &'static str,
     },
-    /// A table without rows.
+    /// A table has no rows.
     #[error("{path} has a header but no rows")]
     NoRows {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// A row names an image that is not there.
+    /// A row names an image that does not exist.
     #[error("{path} line {line}: there is no image {image}")]
     MissingImage {
-        /// Which table.
+        /// The table.
         path: PathBuf,
-        /// Where.
+        /// The line.
         line: u64,
         /// The image's path.
         image: PathBuf,
     },
-    /// A row without truth, where truth is needed.
+    /// A row has no truth, but scoring needs it.
     #[error(
         "{path} line {line}: true_latitude_deg or true_longitude_deg is empty; scoring needs the truth of every frame"
     )]
     NoTruth {
-        /// Which table.
+        /// The table.
         path: PathBuf,
-        /// Where.
+        /// The line.
         line: u64,
     },
-    /// A camera file that is none.
+    /// Not a valid camera file.
     #[error("{path} does not describe a camera: {reason}")]
     NotACamera {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// What is wrong with the file.
         reason: String,
     },
-    /// A simulation that says too little, too much, or what cannot be.
+    /// Not a valid simulation file.
     #[error("{path} does not describe a simulation: {reason}")]
     NotASimulation {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Which variation and field, and what is wrong.
+        /// The variation and the field, and what is wrong with it.
         reason: String,
     },
-    /// The store to simulate over cannot be read.
+    /// The store cannot be read.
     #[error(transparent)]
     Store(Box<StoreError>),
-    /// Or has no layer by itself.
+    /// The store has no default layer.
     #[error(transparent)]
     Candidates(Box<CandidatesError>),
     /// A frame cannot be decoded.
@@ -115,45 +115,45 @@ pub enum TrialError {
     /// A photo or orthophoto cannot be read.
     #[error(transparent)]
     Imagery(Box<ImageryError>),
-    /// An image without room for the views that are to be cut from it.
+    /// An image is too small for the views that are cut from it.
     #[error(
         "{path}: its {width_px} x {height_px} px have no place for two views of {edge_px} px that share a tenth; take larger \
          images without missing pixels, or a smaller --edge-px"
     )]
     NoPlace {
-        /// Which image.
+        /// The image.
         path: PathBuf,
-        /// Its columns.
+        /// Columns of the image.
         width_px: usize,
-        /// Its rows.
+        /// Rows of the image.
         height_px: usize,
-        /// Edge of a view.
+        /// Edge of a view, pixels.
         edge_px: usize,
     },
-    /// A frame cannot be asked about.
+    /// A frame cannot be located.
     #[error("{image}: {cause}")]
     Locate {
-        /// Which frame.
+        /// The frame.
         image: String,
-        /// Why.
+        /// The cause.
         cause: LocateError,
     },
-    /// An image gives no position.
+    /// Navigation fails at an image.
     #[error("{image}: {cause}")]
     Navigate {
-        /// Which image.
+        /// The image.
         image: String,
-        /// Why.
+        /// The cause.
         cause: NavigateError,
     },
-    /// An option out of range.
+    /// An option is out of range.
     #[error("{name} = {value}: {expected}")]
     Option {
-        /// Its name.
+        /// Name of the option.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What is accepted.
+        /// The accepted values.
         expected: &'static str,
     },
 }
@@ -165,7 +165,7 @@ impl From<ImageryError> for TrialError {
 }
 
 impl TrialError {
-    /// A stable word for scripts.
+    /// A stable code for scripts.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Unreadable { .. } => "unreadable",
@@ -189,7 +189,7 @@ impl TrialError {
         }
     }
 
-    /// Whether the input is at fault (and not the work).
+    /// Whether the input is to blame, and not the processing.
     pub fn is_input(&self) -> bool {
         if let Self::Store(error) = self {
             return error.is_unusable_input();

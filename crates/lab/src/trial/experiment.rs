@@ -1,9 +1,12 @@
-//! `Experiment`: the paper's section V.D, repeated: which of its laws hold here, and its values beside those found.
+//! `Experiment`: the paper's section V.D, repeated: which of its laws hold here, and its values beside the measured
+//! ones.
 
+use super::csv_file::{Decimals, csv_text};
 use super::drift_curve::{DRIFT_BOUND_PX, DriftCurve};
-use super::fix_table::quoted;
+use super::error::TrialError;
+use super::relative_cost::{CutImage, OVERLAPS_PERCENT, RelativeMeasurement, RelativeTrial};
 use super::relative_laws::{DescriptorRow, RelativeLaws};
-use super::{OVERLAPS_PERCENT, RelativeMeasurement, RelativeSample, RelativeTrial, TrialError};
+use super::relative_sample::RelativeSample;
 use overfly_core::coupling::{
     PAPER_DRIFT_MATCHES, PAPER_GSD_M_PER_PX, PAPER_LOAD_S, PAPER_SECONDS_PER_DESCRIPTOR, PROBABLE_LOAD_S,
     PixelDriftLaw, fit_power, fit_power_above, r_squared,
@@ -14,94 +17,95 @@ use std::path::PathBuf;
 /// The summary of `overfly experiment`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Experiment {
-    /// Images cut.
+    /// Number of images.
     pub images: usize,
-    /// From so many photos or orthophotos.
+    /// Number of photos or orthophotos they were cut from.
     pub photos: usize,
-    /// Pairs made of them and of views ahead of them.
+    /// Pairs of an image and a view ahead of it.
     pub pairs: usize,
     /// Edge of images and views, pixels.
     pub edge_px: usize,
-    /// Descriptors at most: each pair was registered with each of these.
+    /// Descriptor limits. Each pair was registered with each limit.
     pub limits: Vec<usize>,
     /// Runs of each step.
     pub repeats: usize,
-    /// Of images, pairs and noise.
+    /// Seed of images, pairs and noise.
     pub seed: u64,
-    /// Pairs times numbers of descriptors.
+    /// Number of registrations: pairs times descriptor limits.
     pub registrations: usize,
-    /// Those that the program would have answered with a motion.
+    /// Registrations that the program would have accepted.
     pub registered: usize,
-    /// Of those, off by more than a pixel.
+    /// Accepted registrations with an error of more than a pixel.
     #[serde(rename = "false")]
     pub wrong: usize,
-    /// By overlap, greatest first.
+    /// Results by overlap, greatest first.
     pub by_overlap: Vec<OverlapRow>,
-    /// The shapes of figures 12 to 15, and (45), and whether they came out.
+    /// The laws of figures 12 to 15 and of (45), and whether they hold.
     pub shapes: Vec<Shape>,
-    /// Whether those of all four figures did.
+    /// Whether the laws of all four figures hold.
     pub figures_reproduced: bool,
-    /// The laws fitted, and what to.
+    /// The fitted laws, and the registrations they were fitted to.
     pub laws: RelativeLaws,
-    /// What the paper prints.
+    /// The figures that the paper prints.
     pub paper: PaperFigures,
 }
 
-/// Pairs of one overlap.
+/// The pairs of one overlap.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OverlapRow {
-    /// Ground that the views share.
+    /// Share of the ground that both views show, per cent.
     pub overlap_percent: f64,
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: usize,
-    /// Of them registered, for each of the numbers of descriptors.
+    /// Registered pairs for each descriptor limit.
     pub registered: Vec<usize>,
-    /// Registrations off by more than a pixel, of all numbers of descriptors.
+    /// Registrations with an error of more than a pixel, for all descriptor limits together.
     #[serde(rename = "false")]
     pub wrong: usize,
 }
 
-/// What the paper prints of its own machine and images (section V.D). Its t0, B and t_c stand in no text.
+/// What the paper prints about its own machine and images (section V.D). Its text does not state t0, B and t_c.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PaperFigures {
-    /// Images.
+    /// Number of images.
     pub images: usize,
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: usize,
     /// A_c, seconds.
     pub seconds_per_descriptor: f64,
     /// L as printed, seconds.
     pub load_s: f64,
-    /// L as it is probably meant, seconds.
+    /// L as probably meant, seconds.
     pub probable_load_s: f64,
-    /// The metre of drift that it speaks of, pixels.
+    /// The drift of one metre that the paper discusses, pixels.
     pub drift_px: f64,
-    /// The matches that it needs for less.
+    /// Matches that the paper needs for less drift.
     pub matches_needed: f64,
     /// The law 1 / sqrt(n) through that point.
     pub drift_law: PixelDriftLaw,
 }
 
-/// A law of the paper, and whether what was measured has its shape.
+/// A law of the paper, and whether the measurements follow it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Shape {
-    /// The paper's figure; (45) has none.
+    /// The paper's figure; none for (45).
     pub figure: Option<u8>,
     /// The law.
     pub law: &'static str,
-    /// Share of the variance of the medians (of each number of descriptors; of drift: of the bins' log10) that it explains.
+    /// Share of the variance that the law explains: of the medians of each descriptor limit; for drift, of the bins'
+    /// log10.
     pub r2: Option<f64>,
-    /// The same of single registrations, disturbances of the machine included; not of drift.
+    /// The same for single registrations, disturbances of the machine included; absent for drift.
     pub r2_of_registrations: Option<f64>,
-    /// The power with which the law says that the part grows.
+    /// The power with which the quantity grows by the law.
     pub expected_power: Option<f64>,
-    /// The power that fits best.
+    /// The best-fitting power.
     pub power: Option<f64>,
-    /// Of matches and drift, Spearman's; of times there is none.
+    /// Spearman's rank correlation of matches and drift; absent for times.
     pub rank_correlation: Option<f64>,
-    /// What had to be.
+    /// The condition that was tested.
     pub test: &'static str,
-    /// Whether it was.
+    /// Whether it holds.
     pub holds: bool,
 }
 
@@ -112,13 +116,13 @@ const TOTAL_TEST: &str = "R2 of the medians at least 0.95";
 const DRIFT_TEST: &str = "best power at most -0.25, and rank correlation of matches and drift at most -0.5";
 
 impl Experiment {
-    /// Judges what was measured.
+    /// Compares the measurement with the paper's laws.
     ///
     /// # Errors
-    /// [`TrialError::Option`] where not one pair was registered.
-    pub fn of(trial: &RelativeTrial, measured: &RelativeMeasurement) -> Result<Self, TrialError> {
+    /// [`TrialError::Option`] if no pair was registered.
+    pub fn from_measurement(trial: &RelativeTrial, measured: &RelativeMeasurement) -> Result<Self, TrialError> {
         let samples = &measured.samples;
-        let laws = RelativeLaws::of(samples)?;
+        let laws = RelativeLaws::fit(samples)?;
         let shapes = shapes(&laws, samples);
         Ok(Self {
             images: measured.images.len(),
@@ -131,7 +135,10 @@ impl Experiment {
             registrations: samples.len(),
             registered: samples.iter().filter(|s| s.is_registered()).count(),
             wrong: samples.iter().filter(|s| s.is_false()).count(),
-            by_overlap: OVERLAPS_PERCENT.iter().map(|&overlap| OverlapRow::of(overlap, &laws.rows, samples)).collect(),
+            by_overlap: OVERLAPS_PERCENT
+                .iter()
+                .map(|&overlap| OverlapRow::from_samples(overlap, &laws.rows, samples))
+                .collect(),
             figures_reproduced: shapes.iter().all(|shape| shape.figure.is_none() || shape.holds),
             shapes,
             laws,
@@ -141,7 +148,7 @@ impl Experiment {
 }
 
 impl OverlapRow {
-    fn of(overlap_percent: f64, rows: &[DescriptorRow], samples: &[RelativeSample]) -> Self {
+    fn from_samples(overlap_percent: f64, rows: &[DescriptorRow], samples: &[RelativeSample]) -> Self {
         let these: Vec<_> = samples.iter().filter(|s| s.overlap_percent == overlap_percent).collect();
         let registered = |limit: usize| these.iter().filter(|s| s.limit == limit && s.is_registered()).count();
         Self {
@@ -154,7 +161,7 @@ impl OverlapRow {
 }
 
 impl PaperFigures {
-    /// As printed; the drift law is that of section III through its one point.
+    /// The printed values. The drift law is that of section III through the one printed point.
     pub const PRINTED: Self = Self {
         images: 72,
         pairs: 320,
@@ -168,10 +175,10 @@ impl PaperFigures {
     };
 }
 
-/// Figures 12 to 14, the sum (45), and figure 15.
+/// The laws of figures 12 to 14, of the sum (45), and of figure 15.
 fn shapes(laws: &RelativeLaws, samples: &[RelativeSample]) -> Vec<Shape> {
     let cost = laws.relative;
-    let time = |figure, law, expected_power: f64, model: &dyn Fn(f64) -> f64, of: Step| {
+    let time = |figure, law, expected_power: f64, model: &dyn Fn(f64) -> f64, of: TimeOfStep| {
         let medians = points(&laws.rows, |r| r.descriptors, of.of_row);
         let fitted = if figure == 12 { fit_power_above(&medians) } else { fit_power(&medians) };
         let r2 = r_squared(&medians, model);
@@ -197,29 +204,29 @@ fn shapes(laws: &RelativeLaws, samples: &[RelativeSample]) -> Vec<Shape> {
             "t_l = A_c N + L (42)",
             1.0,
             &loading,
-            Step { of_row: |r| Some(r.times.loading_s), of_sample: |s| Some(s.times.loading_s) },
+            TimeOfStep { of_row: |r| Some(r.times.loading_s), of_sample: |s| Some(s.times.loading_s) },
         ),
         time(
             13,
             "t_m = t0 N^2 (43)",
             2.0,
             &matching,
-            Step { of_row: |r| Some(r.times.matching_s), of_sample: |s| Some(s.times.matching_s) },
+            TimeOfStep { of_row: |r| Some(r.times.matching_s), of_sample: |s| Some(s.times.matching_s) },
         ),
         time(
             14,
             "t_tau = B N (44)",
             1.0,
             &threshold,
-            Step { of_row: |r| Some(r.times.threshold_s), of_sample: |s| Some(s.times.threshold_s) },
+            TimeOfStep { of_row: |r| Some(r.times.threshold_s), of_sample: |s| Some(s.times.threshold_s) },
         ),
         total(laws, samples, &|n| loading(n) + matching(n) + threshold(n) + cost.estimate_s),
         drift(&laws.keypoints),
     ]
 }
 
-/// Where the time of a step stands.
-struct Step {
+/// Access to the time of one step.
+struct TimeOfStep {
     of_row: fn(&DescriptorRow) -> Option<f64>,
     of_sample: fn(&RelativeSample) -> Option<f64>,
 }
@@ -243,7 +250,7 @@ fn total(laws: &RelativeLaws, samples: &[RelativeSample], model: &dyn Fn(f64) ->
     }
 }
 
-/// Of keypoints alone, as the paper registers.
+/// The law of figure 15, for keypoints alone, as the paper registers.
 fn drift(curve: &DriftCurve) -> Shape {
     let falls = curve.power.is_some_and(|p| p <= -POWER_TOLERANCE);
     Shape {
@@ -259,16 +266,29 @@ fn drift(curve: &DriftCurve) -> Shape {
     }
 }
 
-/// Where the images lie, a row each: the photo's name, the centre on it, and how the image is turned.
+/// A row of `images.csv`.
+#[derive(Serialize, Default)]
+struct ImageRow {
+    image: usize,
+    photo: String,
+    centre_x_px: Decimals<3>,
+    centre_y_px: Decimals<3>,
+    turn_deg: Decimals<4>,
+}
+
+/// The places of the images as CSV, a row each: the name of the photo, the centre on the photo, and how the image is turned.
 pub fn images_csv(photos: &[PathBuf], measured: &RelativeMeasurement) -> String {
-    let mut text = String::from("image,photo,centre_x_px,centre_y_px,turn_deg\n");
-    for (i, image) in measured.images.iter().enumerate() {
-        let name = photos[image.photo].file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let row = |(i, image): (usize, &CutImage)| {
         let [x, y] = image.place.centre_px;
-        let turn_deg = image.place.heading_rad.to_degrees();
-        text.push_str(&format!("{},{},{x:.3},{y:.3},{turn_deg:.4}\n", i + 1, quoted(&name)));
-    }
-    text
+        ImageRow {
+            image: i + 1,
+            photo: photos[image.photo].file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            centre_x_px: Decimals(x),
+            centre_y_px: Decimals(y),
+            turn_deg: Decimals(image.place.heading_rad.to_degrees()),
+        }
+    };
+    csv_text(measured.images.iter().enumerate().map(row))
 }
 
 #[cfg(test)]
@@ -290,7 +310,7 @@ mod tests {
         }
     }
 
-    /// Registrations of which every law holds.
+    /// Registrations that follow every law.
     fn lawful() -> Vec<RelativeSample> {
         [(75, 4), (150, 12), (300, 40), (600, 110), (1200, 250), (2400, 600)]
             .map(|(limit, n)| sample(limit, limit as f64, n, 0.4 / (n as f64).sqrt()))
@@ -298,7 +318,7 @@ mod tests {
     }
 
     fn judged(samples: Vec<RelativeSample>) -> Experiment {
-        Experiment::of(&trial(), &RelativeMeasurement { images: vec![], samples }).unwrap()
+        Experiment::from_measurement(&trial(), &RelativeMeasurement { images: vec![], samples }).unwrap()
     }
 
     fn holds(experiment: &Experiment) -> Vec<bool> {
@@ -320,7 +340,7 @@ mod tests {
             |s| s.times.loading_s = 0.004 + 1e-8 * s.descriptors.powi(2),
             |s| s.times.matching_s = 1e-6 * s.descriptors,
             |s| s.times.threshold_s = 1e-6,
-            |s| s.drifts = super::super::Drifts { drift_px: Some(0.1), keypoint_drift_px: Some(0.1) },
+            |s| s.drifts = super::super::relative_sample::Drifts { drift_px: Some(0.1), keypoint_drift_px: Some(0.1) },
         ];
         for (figure, broken) in [12, 13, 14, 15].into_iter().zip(breaks) {
             let mut samples = lawful();
@@ -341,9 +361,12 @@ mod tests {
 
     #[test]
     fn places_are_told_with_their_photo() {
-        let image = super::super::CutImage {
+        let image = super::super::relative_cost::CutImage {
             photo: 0,
-            place: super::super::Place { centre_px: [400.5, 300.25], heading_rad: std::f64::consts::PI },
+            place: super::super::photo_cuts::ImagePlacement {
+                centre_px: [400.5, 300.25],
+                heading_rad: std::f64::consts::PI,
+            },
             picture: overfly_core::pixels::Gray::filled(1, 1, 0.0),
         };
         let measured = RelativeMeasurement { images: vec![image], samples: vec![] };

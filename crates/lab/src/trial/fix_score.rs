@@ -1,86 +1,88 @@
-//! `FixScore`: what a set of fixes is worth against truth.
+//! `FixScore`: the score of a set of fixes against the truth.
 
 use super::ellipse::{CHI_SQUARE_95, nees};
-use super::{FixOutcome, Spread};
+use super::fixes::FixOutcome;
+use super::quantiles::Quantiles;
 use overfly_core::geodesy::Enu;
 use overfly_flight::locate::Answer;
 use serde::Serialize;
 
 /// The 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_963_985;
-/// Of a trimmed mean.
+/// Share of the fixes that a trimmed mean keeps.
 const TRIMMED_SHARE: f64 = 0.975;
-/// Mean of a chi-square number of two degrees that lies below its 97.5 % quantile q = -2 ln 0.025:
-/// (2 - 0.025 (q + 2)) / 0.975.
+/// Mean of a chi-square variable of two degrees of freedom, given that it lies below its 97.5 % quantile q = -2 ln
+/// 0.025: (2 - 0.025 (q + 2)) / 0.975.
 const TRIMMED_EXPECTATION: f64 = 1.810_827;
 
 /// The summary of `evaluate fixes`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FixScore {
-    /// Frames of the flight.
+    /// Number of frames.
     pub frames: usize,
-    /// Accepted.
+    /// Accepted fixes.
     pub fixes: usize,
-    /// Accepted and within `right_m`.
+    /// Accepted fixes within `right_m` of the truth.
     pub right: usize,
-    /// Accepted and not right.
+    /// Accepted fixes farther away.
     #[serde(rename = "false")]
     pub wrong: usize,
-    /// Not accepted.
+    /// Frames without a fix.
     pub no_fix: usize,
-    /// Of all accepted fixes, right or false, metres.
-    pub error_m: Option<Spread>,
-    /// Share of accepted fixes whose truth lies in their own 95 % ellipse.
+    /// Errors of all accepted fixes, right or false, metres.
+    pub error_m: Option<Quantiles>,
+    /// Share of accepted fixes whose own 95 % ellipse contains the truth.
     pub ellipse95_coverage: Option<f64>,
-    /// Normalised estimation error squared of the accepted fixes, e^T C^-1 e: 2 where covariances are true.
+    /// Normalised estimation error squared (NEES) e^T C^-1 e of the accepted fixes: 2 on average if covariances are
+    /// true.
     #[serde(flatten)]
     pub nees: Option<Nees>,
-    /// Long half axis of the accepted fixes' own 95 % ellipses, metres.
-    pub semi_major_95_m: Option<Spread>,
-    /// From the decoded frame in memory to the answer.
-    pub elapsed_ms: Option<Spread>,
-    /// From the file to the decoded frame.
-    pub decode_ms: Option<Spread>,
+    /// Semi-major axes of the accepted fixes' own 95 % ellipses, metres.
+    pub semi_major_95_m: Option<Quantiles>,
+    /// Durations from the decoded frame in memory to the answer, milliseconds.
+    pub elapsed_ms: Option<Quantiles>,
+    /// Durations from the file to the decoded frame, milliseconds.
+    pub decode_ms: Option<Quantiles>,
     /// Base tiles whose imagery was searched.
-    pub tiles_searched: Option<Spread>,
-    /// What counts as right, metres.
+    pub tiles_searched: Option<Quantiles>,
+    /// Greatest error of a right fix, metres.
     pub right_m: f64,
-    /// Of each search.
+    /// Threads of each search.
     pub threads: usize,
 }
 
-/// The mean of e^T C^-1 e over fixes, and where it lies if all covariances are true.
+/// The mean NEES of fixes, and the band of that mean if all covariances are true.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Nees {
-    /// Over all fixes; a single false one can dominate it.
+    /// Mean over all fixes. A single false fix can dominate it.
     #[serde(rename = "nees_mean")]
     pub mean: f64,
-    /// Over the fixes below the 97.5 % quantile, scaled to expect 2 as well: what is left where outliers are cut.
+    /// Mean over the fixes below the 97.5 % quantile, scaled to an expectation of 2: the mean without outliers.
     #[serde(rename = "nees_trimmed_mean")]
     pub trimmed_mean: f64,
-    /// Where `mean` lies in 95 of 100 sets of as many independent fixes.
+    /// The band that contains `mean` in 95 of 100 sets of as many independent fixes.
     #[serde(rename = "nees_band95")]
     pub band95: [f64; 2],
 }
 
 impl FixScore {
     /// Scores outcomes.
-    pub fn of(outcomes: &[FixOutcome], right_m: f64, threads: usize) -> Self {
+    pub fn from_outcomes(outcomes: &[FixOutcome], right_m: f64, threads: usize) -> Self {
         let errors: Vec<f64> = outcomes.iter().filter_map(|o| o.error).map(Enu::length_m).collect();
         let fixes = errors.len();
         let right = errors.iter().filter(|e| **e <= right_m).count();
         let covered = outcomes.iter().filter(|o| o.is_in_ellipse95() == Some(true)).count();
-        let spread = |of: fn(&FixOutcome) -> f64| Spread::of(outcomes.iter().map(of).collect());
+        let spread = |of: fn(&FixOutcome) -> f64| Quantiles::from_values(outcomes.iter().map(of).collect());
         Self {
             frames: outcomes.len(),
             fixes,
             right,
             wrong: fixes - right,
             no_fix: outcomes.len() - fixes,
-            error_m: Spread::of(errors),
+            error_m: Quantiles::from_values(errors),
             ellipse95_coverage: (fixes > 0).then(|| covered as f64 / fixes as f64),
-            nees: Nees::of(outcomes.iter().filter_map(FixOutcome::nees).collect()),
-            semi_major_95_m: Spread::of(outcomes.iter().filter_map(FixOutcome::semi_major_95_m).collect()),
+            nees: Nees::from_values(outcomes.iter().filter_map(FixOutcome::nees).collect()),
+            semi_major_95_m: Quantiles::from_values(outcomes.iter().filter_map(FixOutcome::semi_major_95_m).collect()),
             elapsed_ms: spread(|o| o.elapsed_ms),
             decode_ms: spread(|o| o.decode_ms),
             tiles_searched: spread(|o| o.tiles_searched() as f64),
@@ -91,8 +93,8 @@ impl FixScore {
 }
 
 impl Nees {
-    /// Of the values of some fixes; `None` of none.
-    fn of(mut values: Vec<f64>) -> Option<Self> {
+    /// The summary of the NEES values of fixes; `None` without values.
+    fn from_values(mut values: Vec<f64>) -> Option<Self> {
         if values.is_empty() {
             return None;
         }
@@ -100,7 +102,8 @@ impl Nees {
         let n = values.len() as f64;
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
         let kept = (n * TRIMMED_SHARE).ceil() as usize;
-        // A sum of n is chi-square of 2 n degrees; its quantiles by Wilson and Hilferty, good to 0.1 % from n = 5 on.
+        // The sum of n values is chi-square with 2 n degrees of freedom; its quantiles by Wilson and Hilferty are
+        // good to 0.1 % from n = 5 on.
         let quantile = |z: f64| {
             let k = 2.0 * n;
             2.0 * (1.0 - 2.0 / (9.0 * k) + z * (2.0 / (9.0 * k)).sqrt()).powi(3)
@@ -111,20 +114,20 @@ impl Nees {
 }
 
 impl FixOutcome {
-    /// e^T C^-1 e of the fix's error and its own covariance; `None` without a fix. Infinite where the covariance is not
-    /// positive definite.
+    /// NEES of the fix: e^T C^-1 e of its error and its own covariance. `None` without a fix; infinite if the
+    /// covariance is not positive definite.
     pub fn nees(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
         Some(nees(error, fix.covariance_m2))
     }
 
-    /// Whether the truth lies in the fix's own 95 % ellipse; `None` without a fix. A covariance that is not positive
-    /// definite covers nothing.
+    /// Whether the fix's own 95 % ellipse contains the truth; `None` without a fix. A covariance that is not positive
+    /// definite contains nothing.
     pub fn is_in_ellipse95(&self) -> Option<bool> {
         Some(self.nees()? <= CHI_SQUARE_95)
     }
 
-    /// Long half axis of the fix's own 95 % ellipse, metres; `None` without a fix.
+    /// Semi-major axis of the fix's own 95 % ellipse, metres; `None` without a fix.
     pub fn semi_major_95_m(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(_)) = (&self.answer, self.error) else { return None };
         let [[ee, en], [_, nn]] = fix.covariance_m2;
@@ -147,7 +150,7 @@ pub(crate) mod tests {
     use overfly_core::geodesy::{Geodetic, LocalFrame};
     use overfly_flight::locate::{Fix, NoFix, Point, Reason};
 
-    /// A fix off by `error` metres with a given covariance, or none.
+    /// A fix with an error of `error` metres and a given covariance, or no fix.
     pub(crate) fn outcome(error: Option<[f64; 2]>, covariance_m2: [[f64; 2]; 2]) -> FixOutcome {
         let truth = Geodetic::from_degrees(48.0, 15.0).unwrap();
         let error = error.map(|[east_m, north_m]| Enu { east_m, north_m });
@@ -198,7 +201,7 @@ pub(crate) mod tests {
             outcome(Some([300.0, 0.0]), unit),
             outcome(None, unit),
         ];
-        let score = FixScore::of(&outcomes, 5.0, 2);
+        let score = FixScore::from_outcomes(&outcomes, 5.0, 2);
         assert_eq!((score.frames, score.fixes, score.right, score.wrong, score.no_fix), (4, 3, 2, 1, 1));
         let error = score.error_m.unwrap();
         assert!((error.median - 5.0).abs() < 1e-9 && (error.max - 300.0).abs() < 1e-9);
@@ -235,7 +238,7 @@ pub(crate) mod tests {
                 outcome(Some([l00 * u, l10 * u + l11 * v]), covariance)
             })
             .collect();
-        let score = FixScore::of(&outcomes, 100.0, 1);
+        let score = FixScore::from_outcomes(&outcomes, 100.0, 1);
         let nees = score.nees.unwrap();
         assert!((nees.mean - 2.0).abs() < 0.02 && (nees.trimmed_mean - 2.0).abs() < 0.02, "{nees:?}");
         // scipy.stats.chi2.ppf([0.025, 0.975], 800) / 400 = [1.808781, 2.200688]
@@ -249,7 +252,7 @@ pub(crate) mod tests {
 
     #[test]
     fn no_frame_accepted_is_a_score_too() {
-        let score = FixScore::of(&[outcome(None, [[1.0, 0.0], [0.0, 1.0]])], 5.0, 1);
+        let score = FixScore::from_outcomes(&[outcome(None, [[1.0, 0.0], [0.0, 1.0]])], 5.0, 1);
         assert_eq!((score.fixes, score.error_m, score.ellipse95_coverage), (0, None, None));
     }
 }

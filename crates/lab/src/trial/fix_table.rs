@@ -1,66 +1,71 @@
 //! `fixes.csv`: a row per frame, from which others recompute the score.
 
-use super::{FixOutcome, TrialError};
-use overfly_flight::locate::Answer;
+use super::csv_file::{Decimals, write_csv};
+use super::error::TrialError;
+use super::fixes::FixOutcome;
+use overfly_flight::locate::{Answer, Reason};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-const HEADER: &str = "image,status,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,covariance_nn_m2,elapsed_ms,reason";
-
-/// Writes `fixes.csv` into a folder (made where absent) and returns its path.
-///
-/// # Errors
-/// Where the folder or file cannot be written.
-pub fn write_fixes(folder: &Path, outcomes: &[FixOutcome]) -> Result<PathBuf, TrialError> {
-    write_table(folder, "fixes.csv", &to_csv(outcomes))
+/// A row of `fixes.csv`.
+#[derive(Serialize, Default)]
+struct FixRow<'a> {
+    image: &'a str,
+    status: &'static str,
+    latitude_deg: Option<Decimals<9>>,
+    longitude_deg: Option<Decimals<9>>,
+    heading_deg: Option<Decimals<4>>,
+    covariance_ee_m2: Option<Decimals<6>>,
+    covariance_en_m2: Option<Decimals<6>>,
+    covariance_nn_m2: Option<Decimals<6>>,
+    elapsed_ms: Decimals<3>,
+    reason: Option<Reason>,
 }
 
-/// Writes a table into a folder, made where absent, and returns its path.
-pub(super) fn write_table(folder: &Path, name: &str, text: &str) -> Result<PathBuf, TrialError> {
-    let path = folder.join(name);
-    std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&path, text))
-        .map_err(|cause| TrialError::Unwritable { path: path.clone(), cause })?;
-    Ok(path)
-}
-
-fn to_csv(outcomes: &[FixOutcome]) -> String {
-    let mut text = format!("{HEADER}\n");
-    for o in outcomes {
-        let image = quoted(&o.image);
-        let row = match &o.answer {
+impl<'a> FixRow<'a> {
+    fn new(o: &'a FixOutcome) -> Self {
+        let row = Self { image: &o.image, elapsed_ms: Decimals(o.elapsed_ms), ..Self::default() };
+        match &o.answer {
             Answer::Fix(f) => {
                 let [[ee, en], [_, nn]] = f.covariance_m2;
-                format!(
-                    "{image},fix,{:.9},{:.9},{:.4},{ee:.6},{en:.6},{nn:.6},{:.3},\n",
-                    f.latitude_deg, f.longitude_deg, f.heading_deg, o.elapsed_ms
-                )
+                Self {
+                    status: "fix",
+                    latitude_deg: Some(Decimals(f.latitude_deg)),
+                    longitude_deg: Some(Decimals(f.longitude_deg)),
+                    heading_deg: Some(Decimals(f.heading_deg)),
+                    covariance_ee_m2: Some(Decimals(ee)),
+                    covariance_en_m2: Some(Decimals(en)),
+                    covariance_nn_m2: Some(Decimals(nn)),
+                    ..row
+                }
             }
-            Answer::NoFix(n) => {
-                let reason = serde_json::to_value(n.reason).expect("a word");
-                format!("{image},no_fix,,,,,,,{:.3},{}\n", o.elapsed_ms, reason.as_str().expect("a word"))
-            }
-        };
-        text.push_str(&row);
+            Answer::NoFix(n) => Self { status: "no_fix", reason: Some(n.reason), ..row },
+        }
     }
-    text
 }
 
-/// A cell's text, in quotes where it must be.
-pub(super) fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+/// Writes `fixes.csv` into a folder, which is made if absent, and returns the path of the file.
+///
+/// # Errors
+/// [`TrialError::Unwritable`].
+pub fn write_fixes(folder: &Path, outcomes: &[FixOutcome]) -> Result<PathBuf, TrialError> {
+    write_csv(folder, "fixes.csv", outcomes.iter().map(FixRow::new))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::csv_file::csv_text;
     use super::super::fix_score::tests::outcome;
     use super::*;
 
     #[test]
     fn writes_the_columns_others_read() {
         let covariance = [[1.5, 0.25], [0.25, 2.0]];
-        let csv = to_csv(&[outcome(Some([0.0, 0.0]), covariance), outcome(None, covariance)]);
+        let outcomes = [outcome(Some([0.0, 0.0]), covariance), outcome(None, covariance)];
+        let csv = csv_text(outcomes.iter().map(FixRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        assert_eq!(lines[0], HEADER);
+        let header = "image,status,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,covariance_nn_m2,elapsed_ms,reason";
+        assert_eq!(lines[0], header);
         assert_eq!(lines[1], "a.png,fix,48.000000000,15.000000000,12.0000,1.500000,0.250000,2.000000,10.000,");
         assert_eq!(lines[2], "a.png,no_fix,,,,,,,10.000,ambiguous");
     }

@@ -1,6 +1,8 @@
-//! `evaluate fixes`: every frame of a flight located on its own from a displaced prior, and scored against truth.
+//! `evaluate fixes`: locates every frame of a flight on its own from a displaced prior, and scores it against the
+//! truth.
 
-use super::{Flight, Frame, TrialError};
+use super::error::TrialError;
+use super::recorded_flight::{RecordedFlight, RecordedFrame};
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
@@ -9,15 +11,15 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
-/// What is told to the search.
+/// The options of a trial: what the search is told.
 #[derive(Debug, Clone)]
 pub struct FixTrial {
     /// Layer to search.
     pub layer: String,
-    /// The prior is displaced by a uniform error of up to this per axis, and the search covers a square of this half
+    /// The prior is displaced by a uniform error of up to this on each axis. The search covers a square of this half
     /// width, metres.
     pub prior_error_m: f64,
-    /// Of the displacements.
+    /// Seed of the displacements.
     pub seed: u64,
     /// One standard deviation stated for the heading, degrees; `None` leaves the heading unknown.
     pub heading_sigma_deg: Option<f64>,
@@ -25,26 +27,26 @@ pub struct FixTrial {
     pub height_sigma_ratio: f64,
     /// Whether the whole layer is searched.
     pub unknown_position: bool,
-    /// For each search; frames are located one after another, so that times mean something.
+    /// Threads of each search. Frames are located one after another, so that times are meaningful.
     pub threads: usize,
 }
 
-/// What came of one frame.
+/// The result of one frame.
 #[derive(Debug, Clone)]
 pub struct FixOutcome {
     /// As `flight.csv` names it.
     pub image: String,
     /// The true nadir.
     pub truth: Geodetic,
-    /// The middle of the square that was searched.
+    /// The centre of the searched square.
     pub prior: Geodetic,
     /// The answer.
     pub answer: Answer,
-    /// Fix less truth; `None` without a fix.
+    /// Fix minus truth; `None` without a fix.
     pub error: Option<Enu>,
-    /// From the decoded frame in memory to the answer, milliseconds.
+    /// Duration from the decoded frame in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
-    /// From the file to the decoded frame, milliseconds.
+    /// Duration from the file to the decoded frame, milliseconds.
     pub decode_ms: f64,
 }
 
@@ -58,18 +60,19 @@ impl FixTrial {
         positive("heading_sigma_deg", self.heading_sigma_deg.unwrap_or(1.0), "a positive number of degrees")
     }
 
-    /// Locates every frame; `progress` is called after each with what came of it.
+    /// Locates every frame; calls `progress` with the result of each.
     ///
     /// # Errors
-    /// Where a frame has no truth or cannot be decoded, or the store fails. "No fix" is an outcome.
+    /// If an option is out of range, a frame has no truth or cannot be decoded, or the store fails. "No fix" is an
+    /// outcome.
     pub fn run(
         &self,
         store: &Reader,
-        flight: &Flight,
+        flight: &RecordedFlight,
         mut progress: impl FnMut(&FixOutcome),
     ) -> Result<Vec<FixOutcome>, TrialError> {
         self.check()?;
-        let no_truth = |f: &&Frame| f.true_position.is_none();
+        let no_truth = |f: &&RecordedFrame| f.true_position.is_none();
         if let Some(frame) = flight.frames.iter().find(no_truth) {
             return Err(TrialError::NoTruth { path: flight.path.clone(), line: frame.line });
         }
@@ -85,9 +88,9 @@ impl FixTrial {
     fn locate_frame(
         &self,
         store: &Reader,
-        flight: &Flight,
+        flight: &RecordedFlight,
         index: usize,
-        frame: &Frame,
+        frame: &RecordedFrame,
     ) -> Result<FixOutcome, TrialError> {
         let truth = frame.true_position.expect("checked by the caller");
         let prior = self.displaced(truth, index);
@@ -109,7 +112,7 @@ impl FixTrial {
         Ok(FixOutcome { image: frame.image.clone(), truth, prior, answer, error, elapsed_ms, decode_ms })
     }
 
-    /// The prior of one frame: a stream of its own per frame, so that neither order nor threads matter.
+    /// The prior of one frame. Each frame has its own random stream, so that neither order nor threads matter.
     fn displaced(&self, truth: Geodetic, index: usize) -> Geodetic {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(index as u64);
@@ -118,8 +121,8 @@ impl FixTrial {
         LocalFrame::at(truth).geodetic_from_enu(error).unwrap_or(truth)
     }
 
-    fn request(&self, flight: &Flight, frame: &Frame, prior: Geodetic) -> FixRequest {
-        // A metre and a thousandth more: north at the prior is not quite north at the truth.
+    fn request(&self, flight: &RecordedFlight, frame: &RecordedFrame, prior: Geodetic) -> FixRequest {
+        // A metre and a thousandth more, because north at the prior is not exactly north at the truth.
         let square = PositionPrior::Square { centre: prior, half_width_m: self.prior_error_m * 1.001 + 1.0 };
         FixRequest {
             layer: self.layer.clone(),

@@ -1,9 +1,11 @@
-//! Relative registration on a real flight: what it says between consecutive frames beside what the altimeter, the
-//! compass and the satellites said.
+//! Relative registration on a real flight: the motion between consecutive frames beside the altimeter, the compass
+//! and the satellite positions.
 //!
-//! No truth to a fraction of a pixel, but nothing synthetic either: relief, trees, houses, the lens, the light.
+//! The truth is not known to a fraction of a pixel, but nothing is synthetic: relief, trees, houses, the lens, the
+//! light.
 
-use super::{Flight, Frame, TrialError};
+use super::error::TrialError;
+use super::recorded_flight::{RecordedFlight, RecordedFrame, runs};
 use overfly_core::camera::Camera;
 use overfly_core::geodesy::{Enu, LocalFrame};
 use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
@@ -11,79 +13,77 @@ use overfly_flight::frame::read_frame;
 use serde::Serialize;
 use std::time::Instant;
 
-/// What the sensors are trusted with, one sigma each.
+/// Assumed errors of the sensors, one standard deviation each.
 #[derive(Debug, Clone, Copy)]
-pub struct SensorSigmas {
-    /// Of a position, per axis, metres.
+pub struct LegSensorSigmas {
+    /// Position, per axis, metres.
     pub position_m: f64,
-    /// Of a heading, radians.
+    /// Heading, radians.
     pub heading_rad: f64,
-    /// Of a height, as a ratio of it.
+    /// Height, as a ratio of the height.
     pub height_ratio: f64,
 }
 
-/// Between two consecutive frames.
+/// The way between two consecutive frames.
 #[derive(Debug, Clone, Serialize)]
 pub struct Leg {
     /// The first frame.
     pub image_a: String,
     /// The second.
     pub image_b: String,
-    /// What was registered beside what the sensors said; `None` without a motion.
-    pub measured: Option<Comparison>,
-    /// The answer itself.
+    /// The registered motion beside the sensors; `None` without a motion.
+    pub measured: Option<LegComparison>,
+    /// The answer of the registration.
     #[serde(flatten)]
     pub answer: MotionAnswer,
-    /// From both decoded frames in memory to the answer, milliseconds.
+    /// Duration from both decoded frames in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
 }
 
-/// A motion beside what the sensors said.
+/// A registered motion beside the sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Comparison {
-    /// Ratio of the heights above ground, b's to a's: what the motion's scale should be.
+pub struct LegComparison {
+    /// Height of b over height of a, above ground: the scale that the motion should have.
     pub height_ratio: f64,
-    /// By the motion, with a's height and heading.
+    /// Displacement by the motion with a's height and heading, metres east and north.
     pub displacement_m: [f64; 2],
-    /// By the positions. East and north, as the line before.
+    /// Displacement by the positions, metres east and north.
     pub position_displacement_m: [f64; 2],
     /// Change of heading by the compass, degrees clockwise.
     pub heading_change_deg: f64,
-    /// Whether scale and displacement are within three sigma of the sensors' own errors.
+    /// Whether scale and displacement agree within three standard deviations of the sensors' errors.
     pub agrees: bool,
 }
 
-/// What came of a flight.
+/// The score of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LegScore {
     /// Pairs of consecutive frames.
     pub legs: usize,
-    /// Registered.
+    /// Registered pairs.
     pub registered: usize,
-    /// Registered and in agreement with the sensors.
+    /// Registered pairs that agree with the sensors.
     pub agreeing: usize,
 }
 
 impl LegScore {
-    /// Counts.
-    pub fn of(legs: &[Leg]) -> Self {
+    /// Counts legs.
+    pub fn from_legs(legs: &[Leg]) -> Self {
         let measured = || legs.iter().filter_map(|leg| leg.measured);
         Self { legs: legs.len(), registered: measured().count(), agreeing: measured().filter(|m| m.agrees).count() }
     }
 }
 
-/// A pause this many times as long as the median between frames ends a run.
-const PAUSE: f64 = 5.0;
-/// Three sigma: chi-square of two degrees at 99.73 %.
+/// Three sigma in two dimensions: the 99.73 % quantile of chi-square with two degrees of freedom.
 const THREE_SIGMA_2D: f64 = 11.829;
 
-/// Registers every frame against the one before it in the same run; `progress` is called after each.
+/// Registers every frame against the one before it in the same run; calls `progress` after each.
 ///
 /// # Errors
-/// Where a frame has no position, cannot be decoded, or looks above the horizon. "No motion" is an outcome.
+/// If a frame has no position, cannot be decoded, or looks above the horizon. "No motion" is an outcome.
 pub fn run_legs(
-    flight: &Flight,
-    sensors: &SensorSigmas,
+    flight: &RecordedFlight,
+    sensors: &LegSensorSigmas,
     mut progress: impl FnMut(&Leg),
 ) -> Result<Vec<Leg>, TrialError> {
     let mut legs = Vec::new();
@@ -107,34 +107,31 @@ pub fn run_legs(
     Ok(legs)
 }
 
-/// Pairs of frames of one run, in order.
-fn consecutive(frames: &[Frame]) -> Vec<[&Frame; 2]> {
-    let pairs = || frames.windows(2).map(|w| (w[1].time_s - w[0].time_s, [&w[0], &w[1]]));
-    let mut gaps: Vec<f64> = pairs().map(|(gap, _)| gap).collect();
-    gaps.sort_by(f64::total_cmp);
-    let Some(median) = gaps.get(gaps.len() / 2) else { return Vec::new() };
-    pairs().filter(|(gap, _)| *gap <= PAUSE * median).map(|(_, pair)| pair).collect()
+/// Pairs of consecutive frames of one run, in order.
+fn consecutive(frames: &[RecordedFrame]) -> Vec<[&RecordedFrame; 2]> {
+    runs(frames).into_iter().flat_map(|run| run.windows(2)).map(|pair| [&pair[0], &pair[1]]).collect()
 }
 
-fn by_position(flight: &Flight, a: &Frame, b: &Frame) -> Result<Enu, TrialError> {
-    let position = |f: &Frame| f.true_position.ok_or(TrialError::NoTruth { path: flight.path.clone(), line: f.line });
+fn by_position(flight: &RecordedFlight, a: &RecordedFrame, b: &RecordedFrame) -> Result<Enu, TrialError> {
+    let position =
+        |f: &RecordedFrame| f.true_position.ok_or(TrialError::NoTruth { path: flight.path.clone(), line: f.line });
     Ok(LocalFrame::at(position(a)?).enu_from_geodetic(position(b)?))
 }
 
 fn compared(
     motion: &Motion,
-    a: &Frame,
-    b: &Frame,
+    a: &RecordedFrame,
+    b: &RecordedFrame,
     gsd_m_per_px: f64,
     by_position: Enu,
-    s: &SensorSigmas,
-) -> Comparison {
+    s: &LegSensorSigmas,
+) -> LegComparison {
     let [right_m, ahead_m] = [motion.displacement_px[0] * gsd_m_per_px, -motion.displacement_px[1] * gsd_m_per_px];
     let (sin, cos) = a.heading_rad.sin_cos();
     let displacement_m = [right_m * cos + ahead_m * sin, ahead_m * cos - right_m * sin];
     let position_displacement_m = [by_position.east_m, by_position.north_m];
     let height_ratio = b.height_agl_m / a.height_agl_m;
-    // Along the motion the height errs, across it the heading, and both positions everywhere.
+    // The height errs along the motion, the heading across it, and the positions in all directions.
     let length_m = displacement_m[0].hypot(displacement_m[1]).max(1e-9);
     let off = [0, 1].map(|i| displacement_m[i] - position_displacement_m[i]);
     let unit = displacement_m.map(|v| v / length_m);
@@ -142,7 +139,7 @@ fn compared(
     let square = |ratio: f64| 2.0 * s.position_m.powi(2) + (length_m * ratio).powi(2);
     let distance = along * along / square(s.height_ratio) + across * across / square(s.heading_rad);
     let scale_off = (motion.scale / height_ratio).ln().abs();
-    Comparison {
+    LegComparison {
         height_ratio,
         displacement_m,
         position_displacement_m,
@@ -151,7 +148,7 @@ fn compared(
     }
 }
 
-/// In (-180, 180].
+/// The angle wrapped into (-180, 180].
 fn wrapped_deg(angle: f64) -> f64 {
     180.0 - (180.0 - angle).rem_euclid(360.0)
 }
@@ -161,8 +158,8 @@ mod tests {
     use super::*;
     use overfly_core::geodesy::Geodetic;
 
-    fn frame(time_s: f64, heading_deg: f64, height_agl_m: f64) -> Frame {
-        Frame {
+    fn frame(time_s: f64, heading_deg: f64, height_agl_m: f64) -> RecordedFrame {
+        RecordedFrame {
             line: 2,
             image: "a".into(),
             path: "a".into(),
@@ -198,13 +195,13 @@ mod tests {
             matches: 50,
             log10_false_alarms: -40.0,
         };
-        let sensors = SensorSigmas { position_m: 1.0, heading_rad: 0.05, height_ratio: 0.03 };
+        let sensors = LegSensorSigmas { position_m: 1.0, heading_rad: 0.05, height_ratio: 0.03 };
         let (a, b) = (frame(0.0, 90.0, 50.0), frame(2.0, 350.0, 51.0));
         let with = |east_m: f64| compared(&motion, &a, &b, 0.2, Enu { east_m, north_m: 0.0 }, &sensors);
         let found = with(21.0);
         assert!((found.displacement_m[0] - 20.0).abs() < 1e-9 && found.displacement_m[1].abs() < 1e-9);
         assert!((found.heading_change_deg + 100.0).abs() < 1e-9 && found.agrees);
-        // One sigma along is sqrt(2 + 0.36) m: three (of two dimensions, 3.44) are 5.3 m.
+        // One sigma along the motion is sqrt(2 + 0.36) m; three sigma in two dimensions (3.44) are 5.3 m.
         assert!(with(25.0).agrees && !with(25.5).agrees);
     }
 }

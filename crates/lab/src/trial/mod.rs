@@ -1,12 +1,14 @@
-//! Scoring against truth: absolute registration on flights, relative registration on pairs and flights; and flights simulated by
-//! the thousand, to score what is predicted.
+//! Trials against truth: absolute registration on flights, relative registration on pairs and flights, and thousands of simulated flights
+//! to check the predictions.
 //!
-//! Reads flight folders and pairs files, runs the same library calls that the commands run, and counts. Truth goes
-//! into the score and into the displaced prior, nowhere else.
+//! Reads flight folders and pairs files, makes the same library calls as the commands, and counts. The truth enters the score
+//! and the displaced prior, nothing else.
 
+pub mod bands;
 mod calibration;
 mod camera_file;
 mod cost;
+mod csv_file;
 mod drift_curve;
 mod ellipse;
 mod error;
@@ -14,20 +16,22 @@ mod experiment;
 mod fix_score;
 mod fix_table;
 mod fixes;
-mod flight;
 mod fly;
+mod input_table;
 mod legs;
+mod mapped_ground;
+mod mirrored_pairs;
+mod motion_table;
 mod motions;
 mod negatives;
 mod pairs;
+mod photo_cuts;
+mod quantiles;
+mod recorded_flight;
 mod relative_cost;
 mod relative_laws;
 mod relative_sample;
 pub mod simulation;
-mod spread;
-mod strangers;
-mod table;
-mod views;
 
 pub use calibration::{Calibrated, calibration_toml};
 pub use camera_file::read_camera;
@@ -38,18 +42,19 @@ pub use experiment::{Experiment, OverlapRow, PaperFigures, Shape, images_csv};
 pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial};
-pub use flight::{Flight, Frame};
 pub use fly::{Disturbances, FlightScale, FlyOutcome, FlyScore, FlyTrial, RunScore, ScaleSource, write_positions};
-pub use legs::{Comparison, Leg, LegScore, SensorSigmas, run_legs};
-pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions, write_motions};
+pub use legs::{Leg, LegComparison, LegScore, LegSensorSigmas, run_legs};
+pub use mirrored_pairs::{MirroredPairScore, MirroredPairTrial};
+pub use motion_table::write_motions;
+pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions};
 pub use negatives::{
-    CalibrationStep, Kind, KindScore, NegativeOutcome, NegativeScore, NegativeSearch, NegativeTrial, RegionScore,
-    write_negatives,
+    CalibrationStep, KindScore, NegativeKind, NegativeOutcome, NegativeScore, NegativeSearch, NegativeTrial,
+    RegionScore, write_negatives,
 };
-pub use pairs::{Pair, Pairs};
+pub use pairs::{ImagePair, ImagePairs};
+pub use photo_cuts::ImagePlacement;
+pub use quantiles::Quantiles;
+pub use recorded_flight::{RecordedFlight, RecordedFrame};
 pub use relative_cost::{CutImage, OVERLAPS_PERCENT, RelativeMeasurement, RelativeTrial};
 pub use relative_laws::{DescriptorRow, RelativeLaws};
 pub use relative_sample::{Drifts, RelativeSample, StepTimes, samples_csv};
-pub use spread::Spread;
-pub use strangers::{StrangerScore, StrangerTrial};
-pub use views::Place;

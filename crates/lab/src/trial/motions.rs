@@ -1,29 +1,29 @@
-//! `evaluate motions`: relative registration on image pairs, scored against their true motion.
+//! `evaluate motions`: relative registration of image pairs, scored against their true motion.
 
-use super::{Pair, Pairs, Spread, TrialError};
+use super::error::TrialError;
+use super::pairs::{ImagePair, ImagePairs};
+use super::quantiles::Quantiles;
 use overfly_core::registration::relative::{MotionAnswer, MotionPrior, register};
 use overfly_flight::frame::read_frame;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// A motion is right within this distance at the image's centre, pixels of a.
+/// Greatest error of a right motion at the centre of the image, pixels of a.
 pub const RIGHT_PX: f64 = 1.0;
 
-/// What came of one pair.
+/// The result of one pair.
 #[derive(Debug, Clone)]
 pub struct MotionOutcome {
     /// The pair.
-    pub pair: Pair,
+    pub pair: ImagePair,
     /// The answer.
     pub answer: MotionAnswer,
-    /// Between found and true place of b's centre, pixels of a; `None` without a motion.
+    /// Distance between found and true place of b's centre, pixels of a; `None` without a motion.
     pub drift_px: Option<f64>,
-    /// Whether that place lies in the answer's own 95 % ellipse; `None` without a motion.
+    /// Whether the answer's own 95 % ellipse contains the true place; `None` without a motion.
     pub in_ellipse95: Option<bool>,
-    /// From both decoded frames in memory to the answer, milliseconds.
+    /// Duration from both decoded frames in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
 }
 
@@ -32,42 +32,42 @@ pub struct MotionOutcome {
 pub struct MotionScore {
     /// Pairs tried.
     pub pairs: usize,
-    /// Registered and within a pixel.
+    /// Registered pairs with an error of at most a pixel.
     pub right: usize,
-    /// Registered and not right.
+    /// Registered pairs with a greater error.
     #[serde(rename = "false")]
     pub wrong: usize,
-    /// Not registered.
+    /// Pairs without a motion.
     pub no_motion: usize,
-    /// Share of the right motions whose own 95 % ellipse holds the truth.
+    /// Share of the right motions whose own 95 % ellipse contains the truth.
     pub ellipse95_coverage: Option<f64>,
-    /// The same by overlap, greatest first.
+    /// Results by overlap, greatest first.
     pub by_overlap: Vec<OverlapScore>,
-    /// Pairs registered at a time.
+    /// Pairs registered at the same time.
     pub threads: usize,
 }
 
-/// The score of all pairs of one overlap.
+/// The score of the pairs of one overlap.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OverlapScore {
     /// Share of the scene that both images show, per cent.
     pub overlap_percent: f64,
     /// Pairs tried.
     pub pairs: usize,
-    /// Registered and within a pixel.
+    /// Registered pairs with an error of at most a pixel.
     pub right: usize,
-    /// Of the right ones (a false one has no drift worth averaging), pixels.
-    pub drift_px: Option<Spread>,
-    /// From both decoded frames to the answer.
-    pub elapsed_ms: Option<Spread>,
+    /// Drifts of the right motions, pixels. False motions would distort the average.
+    pub drift_px: Option<Quantiles>,
+    /// Durations from both decoded frames to the answer, milliseconds.
+    pub elapsed_ms: Option<Quantiles>,
 }
 
-/// Registers every pair, `threads` at a time; `progress` is called after each.
+/// Registers every pair, `threads` at the same time; calls `progress` after each.
 ///
 /// # Errors
-/// Where an image cannot be decoded. "No motion" is an outcome.
+/// If an image cannot be decoded, or the threads cannot be started. "No motion" is an outcome.
 pub fn run_motions(
-    pairs: &Pairs,
+    pairs: &ImagePairs,
     threads: usize,
     progress: impl Fn() + Sync,
 ) -> Result<Vec<MotionOutcome>, TrialError> {
@@ -76,19 +76,19 @@ pub fn run_motions(
         value: threads as f64,
         expected: "a number of threads that this machine can start",
     })?;
-    let one = |pair: &Pair| -> Result<MotionOutcome, TrialError> {
+    let one = |pair: &ImagePair| -> Result<MotionOutcome, TrialError> {
         let (a, b) = (read_frame(&pair.paths[0])?, read_frame(&pair.paths[1])?);
         let asked = Instant::now();
         let answer = register(&a, &b, &MotionPrior::default());
         let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
         let centre = [b.width_px() as f64 / 2.0, b.height_px() as f64 / 2.0];
         progress();
-        Ok(MotionOutcome::of(pair.clone(), answer, centre, elapsed_ms))
+        Ok(MotionOutcome::new(pair.clone(), answer, centre, elapsed_ms))
     };
     pool.install(|| pairs.pairs.par_iter().map(one).collect())
 }
 
-/// Found minus true place of a point of b in a.
+/// Found minus true place in a of a point of b.
 fn off_px(found: &[[f64; 3]; 2], truth: &[[f64; 3]; 2], at: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|row| {
         let place = |m: &[[f64; 3]; 2]| m[row][0] * at[0] + m[row][1] * at[1] + m[row][2];
@@ -97,7 +97,7 @@ fn off_px(found: &[[f64; 3]; 2], truth: &[[f64; 3]; 2], at: [f64; 2]) -> [f64; 2
 }
 
 impl MotionOutcome {
-    fn of(pair: Pair, answer: MotionAnswer, centre_of_b: [f64; 2], elapsed_ms: f64) -> Self {
+    fn new(pair: ImagePair, answer: MotionAnswer, centre_of_b: [f64; 2], elapsed_ms: f64) -> Self {
         let scored = match &answer {
             MotionAnswer::Motion(m) => {
                 let off = off_px(&m.a_from_b, &pair.a_from_b, centre_of_b);
@@ -113,7 +113,8 @@ impl MotionOutcome {
     }
 }
 
-/// Whether an error of two dimensions lies in the 95 % ellipse of a covariance (chi-square of two degrees: 5.991).
+/// Whether the 95 % ellipse of a covariance contains a two-dimensional error (chi-square of two degrees of freedom:
+/// 5.991).
 pub fn is_in_ellipse95([x, y]: [f64; 2], [[xx, xy], [_, yy]]: &[[f64; 2]; 2]) -> bool {
     let determinant = xx * yy - xy * xy;
     *xx > 0.0 && determinant > 0.0 && (x * x * yy - 2.0 * x * y * xy + y * y * xx) / determinant <= 5.991
@@ -121,7 +122,7 @@ pub fn is_in_ellipse95([x, y]: [f64; 2], [[xx, xy], [_, yy]]: &[[f64; 2]; 2]) ->
 
 impl MotionScore {
     /// Scores outcomes.
-    pub fn of(outcomes: &[MotionOutcome], threads: usize) -> Self {
+    pub fn from_outcomes(outcomes: &[MotionOutcome], threads: usize) -> Self {
         let mut overlaps: Vec<f64> = outcomes.iter().map(|o| o.pair.overlap_percent).collect();
         overlaps.sort_by(|a, b| b.total_cmp(a));
         overlaps.dedup();
@@ -134,75 +135,24 @@ impl MotionScore {
             no_motion: outcomes.len() - registered,
             ellipse95_coverage: (right > 0)
                 .then(|| count(|o| o.is_right() && o.in_ellipse95 == Some(true)) as f64 / right as f64),
-            by_overlap: overlaps.into_iter().map(|overlap| OverlapScore::of(outcomes, overlap)).collect(),
+            by_overlap: overlaps.into_iter().map(|overlap| OverlapScore::from_outcomes(outcomes, overlap)).collect(),
             threads,
         }
     }
 }
 
 impl OverlapScore {
-    fn of(outcomes: &[MotionOutcome], overlap_percent: f64) -> Self {
+    fn from_outcomes(outcomes: &[MotionOutcome], overlap_percent: f64) -> Self {
         let these: Vec<_> = outcomes.iter().filter(|o| o.pair.overlap_percent == overlap_percent).collect();
         let right: Vec<_> = these.iter().filter(|o| o.is_right()).collect();
         Self {
             overlap_percent,
             pairs: these.len(),
             right: right.len(),
-            drift_px: Spread::of(right.iter().filter_map(|o| o.drift_px).collect()),
-            elapsed_ms: Spread::of(these.iter().map(|o| o.elapsed_ms).collect()),
+            drift_px: Quantiles::from_values(right.iter().filter_map(|o| o.drift_px).collect()),
+            elapsed_ms: Quantiles::from_values(these.iter().map(|o| o.elapsed_ms).collect()),
         }
     }
-}
-
-/// Writes `motions.csv` (a row per pair) into a folder, made where absent, and returns its path.
-///
-/// # Errors
-/// Where the folder or file cannot be written.
-pub fn write_motions(folder: &Path, outcomes: &[MotionOutcome]) -> Result<PathBuf, TrialError> {
-    let path = folder.join("motions.csv");
-    let write = || -> Result<(), csv::Error> {
-        std::fs::create_dir_all(folder)?;
-        let mut file = csv::Writer::from_path(&path)?;
-        file.write_record([
-            "image_a",
-            "image_b",
-            "overlap_percent",
-            "status",
-            "drift_px",
-            "elapsed_ms",
-            "covariance_xx_px2",
-            "covariance_xy_px2",
-            "covariance_yy_px2",
-            "m00",
-            "m01",
-            "m02",
-            "m10",
-            "m11",
-            "m12",
-        ])?;
-        for o in outcomes {
-            let mut row = vec![o.pair.names[0].clone(), o.pair.names[1].clone(), o.pair.overlap_percent.to_string()];
-            let status = if o.drift_px.is_some() { "motion" } else { "no_motion" };
-            row.extend([
-                status.into(),
-                o.drift_px.map_or(String::new(), |d| format!("{d:.6}")),
-                format!("{:.3}", o.elapsed_ms),
-            ]);
-            match &o.answer {
-                MotionAnswer::Motion(m) => {
-                    let [[xx, xy], [_, yy]] = m.covariance_px2;
-                    row.extend([xx, xy, yy].map(|v| format!("{v:.9}")));
-                    row.extend(m.a_from_b.iter().flatten().map(|v| format!("{v:.9}")));
-                }
-                MotionAnswer::NoMotion { .. } => row.extend(std::iter::repeat_n(String::new(), 9)),
-            }
-            file.write_record(&row)?;
-        }
-        file.into_inner().map_err(|e| csv::Error::from(e.into_error()))?.flush()?;
-        Ok(())
-    };
-    write().map_err(|e| TrialError::Unwritable { path: path.clone(), cause: std::io::Error::other(e) })?;
-    Ok(path)
 }
 
 #[cfg(test)]
@@ -228,14 +178,18 @@ mod tests {
             }),
             None => MotionAnswer::NoMotion { reason: NoMotionReason::TooFewAgreeingMatches, detail: "too few".into() },
         };
-        let pair =
-            Pair { names: ["a".into(), "b".into()], paths: ["a".into(), "b".into()], overlap_percent, a_from_b: truth };
-        MotionOutcome::of(pair, answer, [256.0, 256.0], 5.0)
+        let pair = ImagePair {
+            names: ["a".into(), "b".into()],
+            paths: ["a".into(), "b".into()],
+            overlap_percent,
+            a_from_b: truth,
+        };
+        MotionOutcome::new(pair, answer, [256.0, 256.0], 5.0)
     }
 
     #[test]
     fn counts_right_within_a_pixel_by_overlap() {
-        let score = MotionScore::of(
+        let score = MotionScore::from_outcomes(
             &[outcome(50.0, Some(0.25)), outcome(95.0, Some(0.5)), outcome(50.0, Some(1.5)), outcome(50.0, None)],
             1,
         );

@@ -1,38 +1,38 @@
-//! `Pairs`: image pairs with the true motion between them.
+//! `ImagePairs`: image pairs with the true motion between them.
 
-use super::TrialError;
-use super::table::Table;
+use super::error::TrialError;
+use super::input_table::InputTable;
 use std::path::{Path, PathBuf};
 
 /// Image pairs, in the order of the file; at least one.
 #[derive(Debug, Clone)]
-pub struct Pairs {
+pub struct ImagePairs {
     /// The pairs.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<ImagePair>,
 }
 
-/// One pair.
+/// One image pair.
 #[derive(Debug, Clone)]
-pub struct Pair {
-    /// As the file names them.
+pub struct ImagePair {
+    /// Names in the file.
     pub names: [String; 2],
-    /// Where they lie.
+    /// Paths of the images.
     pub paths: [PathBuf; 2],
-    /// Share of the scene that both show, per cent.
+    /// Share of the scene that both images show, per cent.
     pub overlap_percent: f64,
-    /// The truth: a point (x, y, 1) of b to a, pixels from the corner.
+    /// The true motion: takes a point (x, y, 1) of b to a, pixels from the corner.
     pub a_from_b: [[f64; 3]; 2],
 }
 
 const NEEDED: [&str; 9] = ["image_a", "image_b", "overlap_percent", "m00", "m01", "m02", "m10", "m11", "m12"];
 
-impl Pairs {
-    /// Reads a pairs file; images are named relative to it and must exist.
+impl ImagePairs {
+    /// Reads a pairs file. Image names are relative to the file, and the images must exist.
     ///
     /// # Errors
-    /// Names the file, line and column of the first thing that is wrong.
+    /// The first problem, with file, line and column.
     pub fn read(path: &Path) -> Result<Self, TrialError> {
-        let table = Table::read(path, &NEEDED)?;
+        let table = InputTable::read(path, &NEEDED)?;
         let mut pairs = Vec::with_capacity(table.rows().len());
         for row in table.rows() {
             let m = |column| table.number(row, column, "a finite number", |_| true);
@@ -45,7 +45,7 @@ impl Pairs {
                     "the matrix m00 m01 / m10 m11 must have a positive determinant",
                 ));
             }
-            pairs.push(Pair {
+            pairs.push(ImagePair {
                 names: ["image_a", "image_b"].map(|c| table.text(row, c).to_owned()),
                 paths: [table.image(row, "image_a")?, table.image(row, "image_b")?],
                 overlap_percent: table
@@ -69,7 +69,7 @@ mod tests {
         let header = "image_a,image_b,overlap_percent,m00,m01,m02,m10,m11,m12";
         let said = |row: &str| {
             std::fs::write(&path, format!("{header}\n{row}\n")).unwrap();
-            Pairs::read(&path).map(|p| p.pairs[0].a_from_b[0][2]).map_err(|e| e.to_string())
+            ImagePairs::read(&path).map(|p| p.pairs[0].a_from_b[0][2]).map_err(|e| e.to_string())
         };
         assert_eq!(said("a.png,a.png,50,1,0,2.5,0,1,0"), Ok(2.5));
         assert!(said("a.png,a.png,150,1,0,0,0,1,0").unwrap_err().contains("line 2: overlap_percent"));

@@ -1,13 +1,15 @@
-//! What a relative registration costs and how far it drifts, step by step, against its descriptors: the measurement behind
-//! `overfly calibrate` and `overfly experiment`.
+//! The cost and the drift of relative registration, step by step, against the number of descriptors: the measurement
+//! behind `overfly calibrate` and `overfly experiment`.
 //!
-//! Images are cut from photos or orthophotos, and pairs made of each and of views ahead of it as the paper did (section
-//! V.D): 95, 50, 35, 25 and 10 % overlap, here turned and made noisy, so that the motion between them is known exactly.
-//! Each pair is registered with several numbers of descriptors, by the calls that `registration::relative` makes itself.
+//! Images are cut from photos or orthophotos. Each is paired with views ahead of it, as in the paper (section V.D):
+//! 95, 50, 35, 25 and 10 % overlap, here turned and made noisy, so that the motion between them is known exactly.
+//! Each pair is registered with several numbers of descriptors, by the same calls that `registration::relative`
+//! makes.
 
+use super::error::TrialError;
+use super::photo_cuts::{CutOptions, ImagePlacement, ViewPair};
+use super::quantiles::Quantiles;
 use super::relative_sample::{Drifts, RelativeSample, StepTimes};
-use super::views::{Cut, Place, Views};
-use super::{Spread, TrialError};
 use nalgebra::Vector2;
 use overfly_core::feature::keypoint::{FrameRecipe, describe_frame, neighbours};
 use overfly_core::pixels::Gray;
@@ -24,66 +26,67 @@ use std::time::Instant;
 /// The paper's overlaps, per cent.
 pub const OVERLAPS_PERCENT: [f64; 5] = [95.0, 50.0, 35.0, 25.0, 10.0];
 
-/// A picture of each image is kept in memory.
+/// Most images of a trial. A picture of each stays in memory.
 pub const MOST_IMAGES: usize = 2000;
 
-/// What is measured.
+/// The options of a measurement.
 #[derive(Debug, Clone)]
 pub struct RelativeTrial {
-    /// Photos or orthophotos to cut images from, each in turn.
+    /// Photos or orthophotos from which images are cut, each in turn.
     pub photos: Vec<PathBuf>,
     /// Source values shown as 0 and 255, for orthophotos of more than 8 bits.
     pub stretch: Option<(f64, f64)>,
-    /// Images to cut, at most [`MOST_IMAGES`].
+    /// Number of images to cut, at most [`MOST_IMAGES`].
     pub images: usize,
-    /// Pairs of each overlap, at most as many as images: one image gives at most one of each.
+    /// Number of pairs of each overlap, at most the number of images: an image gives at most one pair of each
+    /// overlap.
     pub pairs: usize,
-    /// Descriptors at most, one measurement each.
+    /// Descriptor limits; one measurement for each.
     pub limits: Vec<usize>,
-    /// Runs of each step, of which the median counts.
+    /// Runs of each step; their median counts.
     pub repeats: usize,
     /// Edge of the square views, pixels.
     pub edge_px: usize,
-    /// The same seed, the same pairs.
+    /// Seed of images and pairs.
     pub seed: u64,
 }
 
-/// What came of a trial.
+/// The result of a measurement.
 #[derive(Debug, Clone)]
 pub struct RelativeMeasurement {
-    /// The images, in their order.
+    /// The images.
     pub images: Vec<CutImage>,
-    /// Every registration, by overlap (greatest first), image and number of descriptors.
+    /// Every registration, sorted by overlap (greatest first), image and descriptor limit.
     pub samples: Vec<RelativeSample>,
 }
 
-/// An image that was cut.
+/// An image cut from a photo.
 #[derive(Debug, Clone)]
 pub struct CutImage {
-    /// From which of the photos, an index.
+    /// Index of the photo.
     pub photo: usize,
-    /// Where in it.
-    pub place: Place,
-    /// What it shows, small.
+    /// Place in the photo.
+    pub place: ImagePlacement,
+    /// The image itself, small.
     pub picture: Gray,
 }
 
-/// Runs of the shortest step that are timed as one.
+/// Runs of the shortest step that are timed together.
 const SHORT_RUNS: usize = 64;
 /// Edge of the pictures of images, pixels.
 const PICTURE_PX: usize = 96;
 
 impl RelativeTrial {
-    /// Registrations to be made.
+    /// Number of registrations.
     pub fn count(&self) -> usize {
         self.pairs * OVERLAPS_PERCENT.len() * self.limits.len()
     }
 
-    /// Measures; `progress` is called after each registration. One photo is held in memory at a time.
+    /// Measures; calls `progress` after each registration. One photo is in memory at a time.
     ///
     /// # Errors
-    /// Where a photo cannot be read or is too small, none is given, or an option is out of range: all before the first
-    /// registration.
+    /// If a photo cannot be read or is too small, no photo is given, or an option is out of range. All errors come
+    /// before the first registration.
     pub fn run(&self, mut progress: impl FnMut(&RelativeSample)) -> Result<RelativeMeasurement, TrialError> {
         self.check()?;
         let places = self.places()?;
@@ -99,7 +102,7 @@ impl RelativeTrial {
                 pictures[image] = Some(a.shrunk(PICTURE_PX, PICTURE_PX));
                 for overlap in (0..OVERLAPS_PERCENT.len()).filter(|&overlap| self.has_pair(overlap, image)) {
                     let dice = &mut self.dice(2 + overlap as u64, image);
-                    let pair = EncodedPair::of(ground.pair(&a, OVERLAPS_PERCENT[overlap] / 100.0, dice));
+                    let pair = EncodedPair::new(ground.pair(&a, OVERLAPS_PERCENT[overlap] / 100.0, dice));
                     for &limit in &self.limits {
                         let sample = pair.measure(image + 1, OVERLAPS_PERCENT[overlap], limit, self.repeats)?;
                         progress(&sample);
@@ -111,7 +114,7 @@ impl RelativeTrial {
         samples.sort_by(|a, b| {
             b.overlap_percent.total_cmp(&a.overlap_percent).then((a.image, a.limit).cmp(&(b.image, b.limit)))
         });
-        let cut = |(image, (place, picture)): (usize, (Place, Option<Gray>))| {
+        let cut = |(image, (place, picture)): (usize, (ImagePlacement, Option<Gray>))| {
             let picture = picture.expect("every image was cut");
             CutImage { photo: image % self.photos.len(), place, picture }
         };
@@ -138,22 +141,22 @@ impl RelativeTrial {
         Ok(())
     }
 
-    /// Whether the image gives a pair of this overlap: those of the overlaps follow each other through the images, round
-    /// and round, so that each gives about as many.
+    /// Whether the image gives a pair of this overlap. The pairs of successive overlaps follow each other through the
+    /// images, round and round, so that each image gives about as many.
     fn has_pair(&self, overlap: usize, image: usize) -> bool {
         let before = overlap * self.pairs % self.images;
         (image + self.images - before) % self.images < self.pairs
     }
 
-    /// A place for every image.
-    fn places(&self) -> Result<Vec<Place>, TrialError> {
-        let mut places: Vec<Option<Place>> = vec![None; self.images];
+    /// Chooses a place for every image.
+    fn places(&self) -> Result<Vec<ImagePlacement>, TrialError> {
+        let mut places: Vec<Option<ImagePlacement>> = vec![None; self.images];
         for photo in 0..self.photos.len().min(self.images) {
             let imagery = self.open(photo)?;
             let mut here = Vec::new();
             for image in (photo..self.images).step_by(self.photos.len()) {
                 let path = &self.photos[photo];
-                here.push(Place::choose(&imagery, path, self.cut(), &here, &mut self.dice(0, image))?);
+                here.push(ImagePlacement::choose(&imagery, path, self.cut(), &here, &mut self.dice(0, image))?);
                 places[image] = here.last().copied();
             }
         }
@@ -165,8 +168,8 @@ impl RelativeTrial {
         Ok(Imagery::open(&self.photos[photo], &options)?)
     }
 
-    fn cut(&self) -> Cut {
-        Cut { edge_px: self.edge_px, least_overlap: OVERLAPS_PERCENT[4] / 100.0 }
+    fn cut(&self) -> CutOptions {
+        CutOptions { edge_px: self.edge_px, least_overlap: OVERLAPS_PERCENT[4] / 100.0 }
     }
 
     fn no_place(&self, photo: usize, imagery: &Imagery) -> TrialError {
@@ -174,7 +177,7 @@ impl RelativeTrial {
         TrialError::NoPlace { path: self.photos[photo].clone(), width_px, height_px, edge_px: self.edge_px }
     }
 
-    /// Dice of their own for each image and purpose.
+    /// The random generator of one image and purpose.
     fn dice(&self, purpose: u64, image: usize) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(purpose << 32 | image as u64);
@@ -182,14 +185,14 @@ impl RelativeTrial {
     }
 }
 
-/// Two views, and the second as a camera would deliver it.
+/// Two views, and the second one as a camera would deliver it.
 struct EncodedPair {
-    views: Views,
+    views: ViewPair,
     encoded: Vec<u8>,
 }
 
 impl EncodedPair {
-    fn of(views: Views) -> Self {
+    fn new(views: ViewPair) -> Self {
         let encoded = encoded(&views.b);
         Self { views, encoded }
     }
@@ -201,7 +204,7 @@ impl EncodedPair {
         limit: usize,
         repeats: usize,
     ) -> Result<RelativeSample, TrialError> {
-        let Views { a, b, shift_px } = &self.views;
+        let ViewPair { a, b, shift_px } = &self.views;
         let recipe = FrameRecipe { limit, ..QUICK };
         let (of_a, of_b) = (describe_frame(a, &recipe), describe_frame(b, &recipe));
         let load = || decode_frame(&self.encoded, "a view").map(|frame| describe_frame(&frame, &recipe));
@@ -229,7 +232,7 @@ impl EncodedPair {
     }
 }
 
-/// The view as a JPEG of the quality that cameras deliver.
+/// Encodes the view as a JPEG of the quality that cameras deliver.
 fn encoded(view: &Gray) -> Vec<u8> {
     let values: Vec<u8> = view.values().iter().map(|&v| v as u8).collect();
     let side = u16::try_from(view.width_px()).unwrap_or(u16::MAX);
@@ -239,7 +242,7 @@ fn encoded(view: &Gray) -> Vec<u8> {
     bytes
 }
 
-/// The work's last result and the median of its times, seconds; each time is that of `runs` runs, over them.
+/// Returns the last result of the work and the median of its times, seconds. Each time is the mean of `runs` runs.
 fn timed<T>(repeats: usize, runs: usize, mut work: impl FnMut() -> T) -> (T, f64) {
     let mut times = Vec::with_capacity(repeats);
     let mut result = None;
@@ -250,7 +253,7 @@ fn timed<T>(repeats: usize, runs: usize, mut work: impl FnMut() -> T) -> (T, f64
         }
         times.push(started.elapsed().as_secs_f64() / runs as f64);
     }
-    let median_s = Spread::of(times).expect("at least one repetition").median;
+    let median_s = Quantiles::from_values(times).expect("at least one repetition").median;
     (result.expect("at least one run"), median_s)
 }
 
@@ -278,7 +281,7 @@ mod tests {
         assert!((0..5).all(|overlap| of_overlap(overlap) == 64));
         let of_image = |image: usize| (0..5).filter(|&overlap| trial.has_pair(overlap, image)).count();
         assert!((0..72).all(|image| (4..=5).contains(&of_image(image))));
-        // As many images as pairs of all overlaps: one each.
+        // As many images as pairs of all overlaps: one pair each.
         let spread = RelativeTrial { images: 15, pairs: 3, ..trial };
         assert!((0..15).all(|image| (0..5).filter(|&overlap| spread.has_pair(overlap, image)).count() == 1));
     }

@@ -1,69 +1,70 @@
-//! `RelativeLaws`: the laws (42) to (45) and that of the drift, fitted to registrations of known pairs.
+//! `RelativeLaws`: the laws (42) to (45) and the law of drift, fitted to registrations of known pairs.
 
 use super::drift_curve::{DriftCurve, Estimator};
+use super::error::TrialError;
+use super::quantiles::Quantiles;
 use super::relative_sample::{Drifts, RelativeSample, StepTimes};
-use super::{Spread, TrialError};
 use overfly_core::coupling::{RelativeCost, fit_line, fit_slope};
 use overfly_core::registration::relative::QUICK;
 use serde::Serialize;
 
-/// All samples of one number of descriptors. Times are medians over pairs, drifts roots of the mean square over the
-/// registered ones.
+/// All samples of one descriptor limit. Times are medians over pairs; drifts are root mean squares over the
+/// registered pairs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DescriptorRow {
-    /// Descriptors at most.
+    /// Descriptor limit.
     pub limit: usize,
-    /// N: mean of those found.
+    /// N: mean number of descriptors found.
     pub descriptors: f64,
-    /// Of each step.
+    /// Time of each step.
     #[serde(flatten)]
     pub times: StepTimes,
-    /// Of the motion from what was kept: agreement and estimate together.
+    /// Time of the motion from the kept correspondences: agreement and estimate together, seconds.
     pub motion_s: Option<f64>,
-    /// Of all steps together.
+    /// Time of all steps together, seconds.
     pub total_s: Option<f64>,
-    /// n: median of matches that agree, over the registered pairs.
+    /// n: median number of agreeing matches over the registered pairs.
     pub matched: f64,
-    /// Of the registered pairs.
+    /// Drifts of the registered pairs.
     #[serde(flatten)]
     pub drifts: Drifts,
-    /// Pairs registered.
+    /// Registered pairs.
     pub registered: usize,
-    /// Of those, off by more than a pixel.
+    /// Registered pairs with an error of more than a pixel.
     #[serde(rename = "false")]
     pub wrong: usize,
     /// Pairs tried.
     pub pairs: usize,
 }
 
-/// Constants of relative registration on one machine, and what they were fitted to.
+/// Constants of relative registration on one machine, and the rows they were fitted to.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RelativeLaws {
-    /// A_c, L, t0, B, t_c.
+    /// The constants A_c, L, t0, B and t_c.
     pub relative: RelativeCost,
-    /// N with as many descriptors as registrations take.
+    /// N with the usual descriptor limit of registrations.
     pub descriptor_count: f64,
-    /// n of those.
+    /// n with the same limit.
     pub matched_count: f64,
     /// T_exe of (45) with these constants and N, seconds.
     pub relative_s: f64,
-    /// By number of descriptors.
+    /// The rows, by descriptor limit.
     pub rows: Vec<DescriptorRow>,
     /// Drift of the program's answers.
     pub program: DriftCurve,
-    /// Drift of what keypoints alone agree on, of the same pairs.
+    /// Drift of keypoints alone, for the same pairs.
     pub keypoints: DriftCurve,
-    /// The same of every pair, accidents included.
+    /// Drift of keypoints alone, for every pair, chance agreements included.
     pub keypoints_unchecked: DriftCurve,
 }
 
 impl RelativeLaws {
-    /// Fits to samples in any order: the laws to the rows (medians of many pairs), t_c as the median with as many
-    /// descriptors as registrations take.
+    /// Fits the laws to samples, in any order. The laws are fitted to the rows (medians of many pairs); t_c is the
+    /// median with the usual descriptor limit of registrations.
     ///
     /// # Errors
-    /// [`TrialError::Option`] where not one pair was registered.
-    pub fn of(samples: &[RelativeSample]) -> Result<Self, TrialError> {
+    /// [`TrialError::Option`] if no pair was registered.
+    pub fn fit(samples: &[RelativeSample]) -> Result<Self, TrialError> {
         let expected = "at least one; take photos with more texture, or more pairs";
         let no_pair = || TrialError::Option { name: "registered pairs", value: 0.0, expected };
         let rows = rows(samples);
@@ -84,7 +85,7 @@ impl RelativeLaws {
         let relative_s = relative.total_s(descriptor_count).map_err(|_| no_pair())?;
         let [program, keypoints, keypoints_unchecked] =
             [Estimator::Program, Estimator::Keypoints, Estimator::KeypointsUnchecked]
-                .map(|estimator| DriftCurve::of(estimator, samples));
+                .map(|estimator| DriftCurve::fit(estimator, samples));
         Ok(Self {
             relative,
             descriptor_count,
@@ -109,7 +110,7 @@ fn row(limit: usize, samples: &[RelativeSample]) -> Option<DescriptorRow> {
     let of_limit: Vec<&RelativeSample> = samples.iter().filter(|s| s.limit == limit).collect();
     let registered: Vec<&RelativeSample> = of_limit.iter().copied().filter(|s| s.is_registered()).collect();
     let median = |of: &dyn Fn(&RelativeSample) -> Option<f64>| {
-        Spread::of(of_limit.iter().filter_map(|s| of(s)).collect()).map(|s| s.median)
+        Quantiles::from_values(of_limit.iter().filter_map(|s| of(s)).collect()).map(|s| s.median)
     };
     let rms = |of: fn(&Drifts) -> Option<f64>| {
         let squares: Vec<f64> = registered.iter().filter_map(|s| of(&s.drifts)).map(|d| d * d).collect();
@@ -127,7 +128,8 @@ fn row(limit: usize, samples: &[RelativeSample]) -> Option<DescriptorRow> {
         },
         motion_s: median(&|s| s.times.motion_s()),
         total_s: median(&|s| s.times.total_s()),
-        matched: Spread::of(registered.iter().map(|s| s.matched as f64).collect()).map_or(0.0, |s| s.median),
+        matched: Quantiles::from_values(registered.iter().map(|s| s.matched as f64).collect())
+            .map_or(0.0, |s| s.median),
         drifts: Drifts { drift_px: rms(|d| d.drift_px), keypoint_drift_px: rms(|d| d.keypoint_drift_px) },
         registered: registered.len(),
         wrong: registered.iter().filter(|s| s.is_false()).count(),
@@ -142,11 +144,11 @@ mod tests {
 
     #[test]
     fn finds_the_constants_that_samples_were_made_of() {
-        // Drift of 0.6 px for one pair and 0.02 px that stays.
+        // A drift of 0.6 px for one pair and a floor of 0.02 px.
         let samples: Vec<_> = [(100, 90.0, 20), (600, 560.0, 150), (2400, 2100.0, 700)]
             .map(|(limit, n, matched)| sample(limit, n, matched, 0.02f64.hypot(0.6 / (matched as f64).sqrt())))
             .to_vec();
-        let found = RelativeLaws::of(&samples).unwrap();
+        let found = RelativeLaws::fit(&samples).unwrap();
         let near = |found: f64, made: f64| assert!((found / made - 1.0).abs() < 1e-6, "{found} {made}");
         near(found.relative.load_s, 0.004);
         near(found.relative.seconds_per_descriptor, 3e-6);
@@ -164,11 +166,11 @@ mod tests {
     fn pairs_that_were_not_registered_count_as_tried_and_for_nothing_else() {
         let mut lost = sample(600, 560.0, 4, 300.0);
         lost.drifts = Drifts { drift_px: None, keypoint_drift_px: Some(300.0) };
-        let laws = RelativeLaws::of(&[sample(600, 560.0, 150, 0.05), lost]).unwrap();
+        let laws = RelativeLaws::fit(&[sample(600, 560.0, 150, 0.05), lost]).unwrap();
         let row = &laws.rows[0];
         assert_eq!((row.registered, row.pairs, row.wrong, row.matched), (1, 2, 0, 150.0));
         assert_eq!(row.drifts, Drifts { drift_px: Some(0.05), keypoint_drift_px: Some(0.15000000000000002) });
-        assert_eq!(RelativeLaws::of(&[lost]).unwrap_err().code(), "bad_option");
-        assert!(RelativeLaws::of(&[]).is_err());
+        assert_eq!(RelativeLaws::fit(&[lost]).unwrap_err().code(), "bad_option");
+        assert!(RelativeLaws::fit(&[]).is_err());
     }
 }

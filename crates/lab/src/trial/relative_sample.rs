@@ -1,25 +1,27 @@
-//! `RelativeSample`: what one relative registration took and how far it was off; and the table of them.
+//! `RelativeSample`: the times and the error of one relative registration; and their table.
 
-use super::RIGHT_PX;
+use super::csv_file::{Decimals, Shortest, csv_text};
+use super::motions::RIGHT_PX;
 use serde::Serialize;
 
 /// Times of the steps of a registration, seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StepTimes {
-    /// Decoding an image, and describing it (42).
+    /// Decoding and describing an image (42).
     pub loading_s: f64,
-    /// All descriptors against all (43).
+    /// Comparing all descriptors with all (43).
     pub matching_s: f64,
-    /// Which correspondences are kept: the second nearest descriptor is farther, and both choose each other (44).
+    /// Choosing the correspondences to keep: those whose second nearest descriptor is farther and that choose each
+    /// other (44).
     pub threshold_s: f64,
-    /// Which of those agree on a motion. The paper has no such step; it takes the mean of all.
+    /// Finding the correspondences that agree on a motion. The paper has no such step; it takes the mean of all.
     pub agreement_s: f64,
-    /// Shift and turn from what both views show; absent where nothing agreed.
+    /// Estimating shift and turn from what both views show; absent if nothing agreed.
     pub estimate_s: Option<f64>,
 }
 
 impl StepTimes {
-    /// t_c: the motion from what was kept, agreement and estimate together, seconds.
+    /// t_c: time of the motion from the kept correspondences, agreement and estimate together, seconds.
     ///
     /// # References
     /// Phase C of section V.C.
@@ -27,7 +29,7 @@ impl StepTimes {
         self.estimate_s.map(|estimate_s| self.agreement_s + estimate_s)
     }
 
-    /// All steps, one image being loaded, seconds; absent where nothing agreed.
+    /// Time of all steps, with one image loaded, seconds; absent if nothing agreed.
     ///
     /// # References
     /// Equation 45.
@@ -39,29 +41,29 @@ impl StepTimes {
 /// Distances between found and true displacement of an image's centre, pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Drifts {
-    /// Of the program's answer; absent where it would not have given one.
+    /// Drift of the program's answer; absent if the program would have given none.
     pub drift_px: Option<f64>,
-    /// Of what keypoints alone agree on, as the paper has it; absent where nothing agreed.
+    /// Drift of the motion on which keypoints alone agree, as in the paper; absent if nothing agreed.
     pub keypoint_drift_px: Option<f64>,
 }
 
-/// One pair registered with one number of descriptors. Times are medians of its runs.
+/// One pair registered with one descriptor limit. Times are medians of its runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RelativeSample {
-    /// Which image, from 1.
+    /// Number of the image, from 1.
     pub image: usize,
-    /// Ground that the views share.
+    /// Share of the ground that both views show, per cent.
     pub overlap_percent: f64,
-    /// Descriptors at most.
+    /// Descriptor limit.
     pub limit: usize,
     /// N: descriptors found, geometric mean of both views.
     pub descriptors: f64,
-    /// What it took.
+    /// Times of the steps.
     #[serde(flatten)]
     pub times: StepTimes,
-    /// n: correspondences that agree.
+    /// n: agreeing correspondences.
     pub matched: usize,
-    /// How far it was off. That of keypoints alone is stated whether or not the program accepted what they agree on.
+    /// Drifts. The drift of keypoints alone is stated even if the program rejects the motion.
     #[serde(flatten)]
     pub drifts: Drifts,
 }
@@ -72,35 +74,53 @@ impl RelativeSample {
         self.drifts.drift_px.is_some()
     }
 
-    /// Whether it would have, and wrongly: beyond [`RIGHT_PX`].
+    /// Whether the program would have answered with an error beyond [`RIGHT_PX`].
     pub fn is_false(&self) -> bool {
         self.drifts.drift_px.is_some_and(|drift_px| drift_px > RIGHT_PX)
     }
 }
 
-const HEADER: &str = "image,overlap_percent,limit,descriptors,loading_s,matching_s,threshold_s,agreement_s,estimate_s,matched,\
-                      registered,drift_px,keypoint_drift_px";
+/// A row of `samples.csv`.
+#[derive(Serialize, Default)]
+struct SampleRow {
+    image: usize,
+    overlap_percent: Shortest,
+    limit: usize,
+    descriptors: Decimals<1>,
+    loading_s: Decimals<6>,
+    matching_s: Decimals<6>,
+    threshold_s: Decimals<9>,
+    agreement_s: Decimals<6>,
+    estimate_s: Option<Decimals<6>>,
+    matched: usize,
+    registered: u8,
+    drift_px: Option<Decimals<6>>,
+    keypoint_drift_px: Option<Decimals<6>>,
+}
 
-/// The table of samples, a row each; absent numbers are empty cells.
-pub fn samples_csv(samples: &[RelativeSample]) -> String {
-    let mut text = format!("{HEADER}\n");
-    let cell = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.6}"));
-    for s in samples {
-        let StepTimes { loading_s, matching_s, threshold_s, agreement_s, estimate_s } = s.times;
-        text.push_str(&format!(
-            "{},{},{},{:.1},{loading_s:.6},{matching_s:.6},{threshold_s:.9},{agreement_s:.6},{},{},{},{},{}\n",
-            s.image,
-            s.overlap_percent,
-            s.limit,
-            s.descriptors,
-            cell(estimate_s),
-            s.matched,
-            u8::from(s.is_registered()),
-            cell(s.drifts.drift_px),
-            cell(s.drifts.keypoint_drift_px)
-        ));
+impl SampleRow {
+    fn new(s: &RelativeSample) -> Self {
+        Self {
+            image: s.image,
+            overlap_percent: Shortest(s.overlap_percent),
+            limit: s.limit,
+            descriptors: Decimals(s.descriptors),
+            loading_s: Decimals(s.times.loading_s),
+            matching_s: Decimals(s.times.matching_s),
+            threshold_s: Decimals(s.times.threshold_s),
+            agreement_s: Decimals(s.times.agreement_s),
+            estimate_s: s.times.estimate_s.map(Decimals),
+            matched: s.matched,
+            registered: u8::from(s.is_registered()),
+            drift_px: s.drifts.drift_px.map(Decimals),
+            keypoint_drift_px: s.drifts.keypoint_drift_px.map(Decimals),
+        }
     }
-    text
+}
+
+/// The samples as CSV, a row each; absent numbers are empty cells.
+pub fn samples_csv(samples: &[RelativeSample]) -> String {
+    csv_text(samples.iter().map(SampleRow::new))
 }
 
 #[cfg(test)]

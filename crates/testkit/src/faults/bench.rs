@@ -1,8 +1,8 @@
-//! `Bench`: runs an operation under a fault and judges what it left: target absent, old or new, valid; side files handled;
+//! `FaultBench`: runs an operation under a fault and judges what it left: target absent, old or new, valid; side files handled;
 //! the same command once more, without a fault, ends as if nothing had been.
 
-use super::operation::{Operation, TARGET};
-use super::shim::{Fault, Kind, Report, Shim};
+use super::operation::{TARGET, WriteOperation};
+use super::shim::{FaultKind, InjectedFault, Shim, ShimReport};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::os::unix::process::ExitStatusExt;
@@ -11,7 +11,7 @@ use std::process::{Command, Output};
 
 /// What stands at the target after a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum End {
+pub enum TargetState {
     Absent,
     Old,
     /// The old store, or an empty one, and in it a layer that says it is unfinished.
@@ -20,7 +20,7 @@ pub enum End {
 }
 
 /// A place to run operations in.
-pub struct Bench {
+pub struct FaultBench {
     overfly: PathBuf,
     shim: Shim,
     work: PathBuf,
@@ -37,12 +37,12 @@ pub struct Undisturbed {
 }
 
 /// What `overfly verify` says of a store.
-struct Verdict {
+struct VerifyResult {
     good: bool,
     json: serde_json::Value,
 }
 
-impl Bench {
+impl FaultBench {
     /// A bench in `folder`. `Err`: why no fault can be injected into `overfly`.
     pub fn new(overfly: &Path, folder: &Path) -> Result<Self, String> {
         let work = folder.join("work");
@@ -66,20 +66,20 @@ impl Bench {
     }
 
     /// Runs a command under a fault: how it ended, and what the layer tells.
-    pub fn disturb(&self, arguments: &[OsString], fault: Fault) -> (Output, Report) {
+    pub fn disturb(&self, arguments: &[OsString], fault: InjectedFault) -> (Output, ShimReport) {
         let output = self.armed(arguments, fault).output().unwrap();
         (output, self.report())
     }
 
     /// A command that will meet a fault.
-    pub fn armed(&self, arguments: &[OsString], fault: Fault) -> Command {
+    pub fn armed(&self, arguments: &[OsString], fault: InjectedFault) -> Command {
         let mut command = self.command(arguments);
         self.shim.arm(&mut command, &self.work, fault);
         command
     }
 
     /// What the last command told that was to meet a fault.
-    pub fn report(&self) -> Report {
+    pub fn report(&self) -> ShimReport {
         self.shim.report()
     }
 
@@ -94,14 +94,14 @@ impl Bench {
     }
 
     /// What an operation makes where nothing disturbs it.
-    pub fn undisturbed(&self, operation: &Operation) -> Undisturbed {
-        let digest = |verdict: &Verdict| {
+    pub fn undisturbed(&self, operation: &WriteOperation) -> Undisturbed {
+        let digest = |verdict: &VerifyResult| {
             assert!(verdict.good, "{}", verdict.json);
             verdict.digest()
         };
         self.lay_out(&operation.before);
         let old_digest = operation.before.contains_key(TARGET).then(|| digest(&self.verify(operation)));
-        let (output, report) = self.disturb(&operation.arguments, Fault { kind: Kind::Kill, at: 0 });
+        let (output, report) = self.disturb(&operation.arguments, InjectedFault { kind: FaultKind::Kill, at: 0 });
         assert!(output.status.success(), "{}", text(&output));
         let (digest, names) = (digest(&self.verify(operation)), self.names());
         assert_ne!(Some(&digest), old_digest.as_ref(), "old and new can be told apart");
@@ -113,9 +113,14 @@ impl Bench {
     ///
     /// # Errors
     /// What is wrong with the program.
-    pub fn endure(&self, operation: &Operation, expected: &Undisturbed, fault: Fault) -> Result<(End, bool), String> {
+    pub fn endure(
+        &self,
+        operation: &WriteOperation,
+        expected: &Undisturbed,
+        fault: InjectedFault,
+    ) -> Result<(TargetState, bool), String> {
         self.lay_out(&operation.before);
-        let (output, Report { fired, .. }) = self.disturb(&operation.arguments, fault);
+        let (output, ShimReport { fired, .. }) = self.disturb(&operation.arguments, fault);
         let wrong = |what: String| {
             let met = fired.as_deref().unwrap_or("no call");
             format!("{}, {:?} at {} ({met}): {what}\n  {}", operation.name, fault.kind, fault.at, text(&output))
@@ -126,7 +131,7 @@ impl Bench {
             self.judge_litter(operation, expected, fault).map_err(&wrong)?;
         }
         let end = self.judge_target(operation, expected).map_err(&wrong)?;
-        if succeeded && end != End::New {
+        if succeeded && end != TargetState::New {
             return Err(wrong(format!("it says that all went well, and the target is {end:?}")));
         }
         self.judge_inputs(operation).map_err(&wrong)?;
@@ -142,8 +147,8 @@ impl Bench {
     /// Killed by the fault and by nothing else; or an exit code, and where it is a failure, words that help.
     fn judge_exit(
         &self,
-        operation: &Operation,
-        fault: Fault,
+        operation: &WriteOperation,
+        fault: InjectedFault,
         fired: Option<&str>,
         output: &Output,
     ) -> Result<(), String> {
@@ -154,7 +159,7 @@ impl Bench {
         match (output.status.signal(), output.status.code(), fired) {
             (Some(9), _, Some(_)) if fault.kind.kills() => Ok(()),
             (_, Some(0), _) => Ok(()),
-            (_, Some(code @ 1..=3), Some(call)) if !fault.kind.kills() && fault.kind != Kind::Short => {
+            (_, Some(code @ 1..=3), Some(call)) if !fault.kind.kills() && fault.kind != FaultKind::Short => {
                 self.judge_words(operation, fault.kind, call, code, &said)
             }
             _ => Err(format!("{}", output.status)),
@@ -162,15 +167,22 @@ impl Bench {
     }
 
     /// A failure names the file, has a code word that fits the fault, and an exit code that fits the word.
-    fn judge_words(&self, operation: &Operation, kind: Kind, call: &str, exit: i32, said: &str) -> Result<(), String> {
+    fn judge_words(
+        &self,
+        operation: &WriteOperation,
+        kind: FaultKind,
+        call: &str,
+        exit: i32,
+        said: &str,
+    ) -> Result<(), String> {
         let names = |word: &str| said.contains(&format!("error[{word}]"));
         let (opens, reads) = (call.starts_with("open"), call.starts_with("pread") || call.starts_with("read"));
         let fits = match kind {
             // SQLite says of a sync, and of a rollback, only that it failed.
-            Kind::Full | Kind::FullOnce if operation.resumes && names("disk_error") => {
+            FaultKind::Full | FaultKind::FullOnce if operation.resumes && names("disk_error") => {
                 exit == 1 && said.contains("is full")
             }
-            Kind::Full | Kind::FullOnce => names("disk_full") && exit == 1,
+            FaultKind::Full | FaultKind::FullOnce => names("disk_full") && exit == 1,
             _ => names("disk_error") && exit == 1,
         };
         // SQLite takes what a disk cannot read for damage, and does not say why a file cannot be opened.
@@ -186,26 +198,31 @@ impl Bench {
     }
 
     /// What failed by itself leaves nothing behind, where it could remove it.
-    fn judge_litter(&self, operation: &Operation, expected: &Undisturbed, fault: Fault) -> Result<(), String> {
+    fn judge_litter(
+        &self,
+        operation: &WriteOperation,
+        expected: &Undisturbed,
+        fault: InjectedFault,
+    ) -> Result<(), String> {
         let before: Vec<OsString> = operation.before.keys().map(Into::into).collect();
         let names = self.names();
-        if fault.kind == Kind::Bad || names == before || names == expected.names {
+        if fault.kind == FaultKind::Bad || names == before || names == expected.names {
             return Ok(());
         }
         Err(format!("it leaves {names:?}"))
     }
 
-    fn judge_target(&self, operation: &Operation, expected: &Undisturbed) -> Result<End, String> {
+    fn judge_target(&self, operation: &WriteOperation, expected: &Undisturbed) -> Result<TargetState, String> {
         if !self.target().exists() {
             let was = operation.before.contains_key(TARGET);
-            return if was { Err("the old target is gone".into()) } else { Ok(End::Absent) };
+            return if was { Err("the old target is gone".into()) } else { Ok(TargetState::Absent) };
         }
         let verdict = self.verify(operation);
         let digest = verdict.digest();
         if verdict.good {
             return match () {
-                () if digest == expected.digest => self.judge_bytes(expected).map(|()| End::New),
-                () if Some(&digest) == expected.old_digest.as_ref() => Ok(End::Old),
+                () if digest == expected.digest => self.judge_bytes(expected).map(|()| TargetState::New),
+                () if Some(&digest) == expected.old_digest.as_ref() => Ok(TargetState::Old),
                 () => Err(format!("the target is neither old nor new: {}", verdict.json)),
             };
         }
@@ -214,13 +231,13 @@ impl Bench {
             None => verdict.says_empty_or_unfinished(),
         };
         if operation.resumes && kept {
-            return Ok(End::Unfinished);
+            return Ok(TargetState::Unfinished);
         }
         Err(format!("the target is not valid: {}", verdict.json))
     }
 
     /// What an operation only reads is as it was.
-    fn judge_inputs(&self, operation: &Operation) -> Result<(), String> {
+    fn judge_inputs(&self, operation: &WriteOperation) -> Result<(), String> {
         for (name, file) in operation.before.iter().filter(|(name, _)| **name != TARGET) {
             if std::fs::read(self.work.join(name)).unwrap() != std::fs::read(file).unwrap() {
                 return Err(format!("{name} was changed"));
@@ -230,7 +247,7 @@ impl Bench {
     }
 
     /// All is as after an undisturbed run.
-    fn judge_end(&self, operation: &Operation, expected: &Undisturbed) -> Result<(), String> {
+    fn judge_end(&self, operation: &WriteOperation, expected: &Undisturbed) -> Result<(), String> {
         let verdict = self.verify(operation);
         if !verdict.good || verdict.digest() != expected.digest {
             return Err(format!("another result: {}", verdict.json));
@@ -246,15 +263,15 @@ impl Bench {
     }
 
     /// What a fresh process says of the target; of a patch, which has no such command, its bytes' digest.
-    fn verify(&self, operation: &Operation) -> Verdict {
+    fn verify(&self, operation: &WriteOperation) -> VerifyResult {
         if operation.makes_patch {
             let digest = blake3::hash(&std::fs::read(self.target()).unwrap()).to_hex().to_string();
-            return Verdict { good: true, json: serde_json::json!({"digest": digest}) };
+            return VerifyResult { good: true, json: serde_json::json!({"digest": digest}) };
         }
         let output = self.command(&["verify".into(), "--every-tile".into(), self.target().into()]).output().unwrap();
         let lines = String::from_utf8_lossy(&output.stdout).into_owned();
         let json = lines.lines().last().and_then(|line| serde_json::from_str(line).ok()).unwrap_or_default();
-        Verdict { good: output.status.success(), json }
+        VerifyResult { good: output.status.success(), json }
     }
 
     /// What stands in the work folder, by name.
@@ -273,7 +290,7 @@ impl Bench {
     }
 }
 
-impl Verdict {
+impl VerifyResult {
     fn digest(&self) -> String {
         self.json["digest"].as_str().unwrap_or_default().to_owned()
     }

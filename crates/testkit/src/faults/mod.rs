@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod operation;
+pub mod operations;
 pub mod reading;
 pub mod serving;
 pub mod shim;

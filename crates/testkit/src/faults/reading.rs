@@ -1,13 +1,13 @@
 //! What only reads a store, under bad reads: the same answer as ever, or none; never another.
 
-use super::bench::{Bench, text};
-use super::shim::{Fault, Kind, Report};
+use super::bench::{FaultBench, text};
+use super::shim::{FaultKind, InjectedFault, ShimReport};
 use super::tally::spread;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// A command that reads the store `target.gpkg` of the work folder.
-pub struct Reading {
+pub struct ReadOperation {
     pub name: &'static str,
     pub store: PathBuf,
     pub arguments: Vec<OsString>,
@@ -28,8 +28,8 @@ pub struct ReadTally {
 }
 
 /// The readings of a store of the drawn landscape and an export of it.
-pub fn readings(built: &Path, exported: &Path, project: &Path) -> Vec<Reading> {
-    let row = |name, store: &Path, words: &[&str], same| Reading {
+pub fn readings(built: &Path, exported: &Path, project: &Path) -> Vec<ReadOperation> {
+    let row = |name, store: &Path, words: &[&str], same| ReadOperation {
         name,
         store: store.into(),
         arguments: words.iter().map(Into::into).collect(),
@@ -50,16 +50,16 @@ pub fn readings(built: &Path, exported: &Path, project: &Path) -> Vec<Reading> {
 
 impl ReadTally {
     /// At most `most` bad reads of a kind, evenly over all.
-    pub fn of(bench: &Bench, reading: &Reading, kind: Kind, most: u64, seed: u64) -> Self {
+    pub fn run(bench: &FaultBench, reading: &ReadOperation, kind: FaultKind, most: u64, seed: u64) -> Self {
         bench.lay_out(&[("target.gpkg", reading.store.clone())].into());
-        let (output, report) = bench.disturb(&reading.arguments, Fault { kind, at: 0 });
+        let (output, report) = bench.disturb(&reading.arguments, InjectedFault { kind, at: 0 });
         let points = kind.points(&report.counts);
         assert!(output.status.success() && points > 0, "{} of {points} points: {}", reading.name, text(&output));
         let sound = answer(reading, &output);
         assert!(sound.iter().all(|v| !v.is_null()), "{}: {}", reading.name, text(&output));
         let mut tally = Self { points, ..Self::default() };
         for at in spread(points, most, seed) {
-            let (output, Report { fired, .. }) = bench.disturb(&reading.arguments, Fault { kind, at });
+            let (output, ShimReport { fired, .. }) = bench.disturb(&reading.arguments, InjectedFault { kind, at });
             tally.tried += u64::from(fired.is_some());
             let said = text(&output);
             let mut wrong = |what: &str| {
@@ -70,7 +70,7 @@ impl ReadTally {
                 _ if said.contains("panicked") => wrong("it panics"),
                 Some(0) if answer(reading, &output) == sound => tally.answered += 1,
                 Some(0) => wrong("another answer"),
-                Some(1..=3) if kind == Kind::Short => wrong("a short read is no fault"),
+                Some(1..=3) if kind == FaultKind::Short => wrong("a short read is no fault"),
                 // An error that names the file, no fix, or a verdict.
                 Some(1..=3) if ["target.gpkg", "\"reason\"", "\"ok\":false"].iter().any(|w| said.contains(w)) => {
                     tally.refused += 1;
@@ -84,7 +84,7 @@ impl ReadTally {
 }
 
 /// The parts of a command's last line that must be the same.
-fn answer(reading: &Reading, output: &std::process::Output) -> Vec<serde_json::Value> {
+fn answer(reading: &ReadOperation, output: &std::process::Output) -> Vec<serde_json::Value> {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     let json: serde_json::Value = said.lines().last().and_then(|l| serde_json::from_str(l).ok()).unwrap_or_default();
     reading.same.iter().map(|key| json[key].clone()).collect()

@@ -1,8 +1,8 @@
 //! The aircraft's service, under bad reads: each answer is the one it ever was, or none; it goes on and says how it is.
 
-use super::bench::Bench;
+use super::bench::FaultBench;
 use super::reading::ReadTally;
-use super::shim::{Fault, Kind};
+use super::shim::{FaultKind, InjectedFault};
 use super::tally::spread;
 use overfly_store::Reader;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -12,59 +12,59 @@ use std::process::{Child, Stdio};
 use std::time::Duration;
 
 /// What is asked, and what a sound store answers.
-pub struct Serving {
+pub struct ServiceReads {
     store: PathBuf,
-    questions: Vec<Question>,
-    sound: Vec<Answer>,
+    questions: Vec<RawRequest>,
+    sound: Vec<RawAnswer>,
     counts: Vec<u64>,
 }
 
 /// A request as it goes over the line, but for its host.
-struct Question {
+struct RawRequest {
     line: String,
     body: Vec<u8>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Answer {
+struct RawAnswer {
     status: u16,
     body: Vec<u8>,
 }
 
-struct Running {
+struct RunningService {
     child: Child,
     address: String,
 }
 
-impl Drop for Running {
+impl Drop for RunningService {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-impl Serving {
+impl ServiceReads {
     /// Asks a sound copy of `store` for tiles, candidates and the place of `frame`.
-    pub fn of(bench: &Bench, store: &Path, frame: &Path) -> Self {
+    pub fn new(bench: &FaultBench, store: &Path, frame: &Path) -> Self {
         let mut serving =
             Self { store: store.into(), questions: questions(store, frame), sound: Vec::new(), counts: Vec::new() };
-        let (sound, counts) = serving.run(bench, Fault { kind: Kind::Bad, at: 0 }).expect("it starts");
+        let (sound, counts) = serving.run(bench, InjectedFault { kind: FaultKind::Bad, at: 0 }).expect("it starts");
         assert!(sound.iter().all(|a| a.status == 200), "{sound:?}");
         (serving.sound, serving.counts) = (sound, counts);
         serving
     }
 
     /// At most `most` bad reads of a kind, evenly over all.
-    pub fn tally(&self, bench: &Bench, kind: Kind, most: u64, seed: u64) -> ReadTally {
+    pub fn tally(&self, bench: &FaultBench, kind: FaultKind, most: u64, seed: u64) -> ReadTally {
         let points = kind.points(&self.counts);
         let mut tally = ReadTally { points, ..ReadTally::default() };
         for at in spread(points, most, seed) {
-            match self.run(bench, Fault { kind, at }) {
+            match self.run(bench, InjectedFault { kind, at }) {
                 Err(said) if said.contains("panicked") || !said.contains("target.gpkg") => tally.failures.push(said),
                 Err(_) => tally.refused += 1,
                 Ok((answers, _)) => match self.judge(&answers) {
                     Ok(0) => tally.answered += 1,
-                    Ok(_) if kind != Kind::Short => tally.refused += 1,
+                    Ok(_) if kind != FaultKind::Short => tally.refused += 1,
                     Ok(refused) => tally.failures.push(format!("onboard, {kind:?} at {at}: {refused} refused")),
                     Err(wrong) => tally.failures.push(format!("onboard, {kind:?} at {at}: {wrong}")),
                 },
@@ -75,7 +75,7 @@ impl Serving {
     }
 
     /// How many answers are refusals. `Err`: the first that is another than a sound store's, and no refusal.
-    fn judge(&self, answers: &[Answer]) -> Result<usize, String> {
+    fn judge(&self, answers: &[RawAnswer]) -> Result<usize, String> {
         let mut refusals = 0;
         for ((question, found), sound) in self.questions.iter().zip(answers).zip(&self.sound) {
             if found.status >= 500 || found.status == 200 && no_fix(&found.body) {
@@ -90,7 +90,7 @@ impl Serving {
     }
 
     /// Starts, asks everything, stops: the answers, and calls of each kind. `Err`: what it said instead of starting.
-    fn run(&self, bench: &Bench, fault: Fault) -> Result<(Vec<Answer>, Vec<u64>), String> {
+    fn run(&self, bench: &FaultBench, fault: InjectedFault) -> Result<(Vec<RawAnswer>, Vec<u64>), String> {
         bench.lay_out(&[("target.gpkg", self.store.clone())].into());
         let words = ["serve", "--onboard", "--listen", "127.0.0.1:0", "--db", "{}/target.gpkg"].map(Into::into);
         let mut command = bench.armed(&words, fault);
@@ -109,8 +109,8 @@ impl Serving {
             child.wait().unwrap();
             return Err(line + &said.join().unwrap());
         };
-        let mut running = Running { child, address: address.to_owned() };
-        let answers: Vec<Answer> = self.questions.iter().map(|q| running.ask(q)).collect();
+        let mut running = RunningService { child, address: address.to_owned() };
+        let answers: Vec<RawAnswer> = self.questions.iter().map(|q| running.ask(q)).collect();
         let told =
             std::process::Command::new("kill").args(["-TERM", &running.child.id().to_string()]).status().unwrap();
         assert!(told.success() && running.child.wait().unwrap().success());
@@ -122,8 +122,8 @@ impl Serving {
     }
 }
 
-impl Running {
-    fn ask(&self, question: &Question) -> Answer {
+impl RunningService {
+    fn ask(&self, question: &RawRequest) -> RawAnswer {
         let mut stream = TcpStream::connect(&self.address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         let (line, len) = (&question.line, question.body.len());
@@ -137,12 +137,12 @@ impl Running {
         stream.read_to_end(&mut answer).unwrap();
         let split = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
         let status = String::from_utf8_lossy(&answer[9..12]).parse().unwrap();
-        Answer { status, body: answer[split + 4..].to_vec() }
+        RawAnswer { status, body: answer[split + 4..].to_vec() }
     }
 }
 
-fn questions(store: &Path, frame: &Path) -> Vec<Question> {
-    let get = |path: String| Question { line: format!("GET {path}"), body: Vec::new() };
+fn questions(store: &Path, frame: &Path) -> Vec<RawRequest> {
+    let get = |path: String| RawRequest { line: format!("GET {path}"), body: Vec::new() };
     let reader = Reader::open(store).unwrap();
     let layer = &reader.layers()[0];
     let tiles = reader.footprints(layer, layer.base_zoom).unwrap();
@@ -158,7 +158,7 @@ fn questions(store: &Path, frame: &Path) -> Vec<Question> {
     body.extend_from_slice(b"\r\n--b\r\ncontent-disposition: form-data; name=\"request\"\r\n\r\n");
     body.extend(prior.to_string().into_bytes());
     body.extend_from_slice(b"\r\n--b--\r\n");
-    all.push(Question { line: "POST /v1/fixes".into(), body });
+    all.push(RawRequest { line: "POST /v1/fixes".into(), body });
     all.push(get("/healthz".into()));
     all
 }

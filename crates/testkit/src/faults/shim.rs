@@ -18,7 +18,7 @@ const ENOSPC: u32 = 28;
 
 /// What goes wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum FaultKind {
     /// SIGKILL before a call that changes something.
     Kill,
     /// SIGKILL amid a write, half of which is done.
@@ -39,7 +39,7 @@ pub enum Kind {
     End,
 }
 
-impl Kind {
+impl FaultKind {
     pub const KILLS: [Self; 3] = [Self::Kill, Self::Torn, Self::Power];
     pub const FULL: [Self; 2] = [Self::Full, Self::FullOnce];
     pub const IO: [Self; 4] = [Self::Bad, Self::BadOnce, Self::Short, Self::End];
@@ -87,14 +87,14 @@ impl Kind {
 
 /// A fault: what, and at which of the calls that can have it, from 1. At 0 it never comes, and the calls are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fault {
-    pub kind: Kind,
+pub struct InjectedFault {
+    pub kind: FaultKind,
     pub at: u64,
 }
 
 /// What the layer tells of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Report {
+pub struct ShimReport {
     /// The call that met the fault, and its file; `None` where the run ended before.
     pub fired: Option<String>,
     /// Calls of each kind; of a run that was not killed.
@@ -125,13 +125,13 @@ impl Shim {
         assert!(made.expect("a C compiler is there").success(), "fault.c does not compile");
         let shim = Self { library, report };
         let mut command = Command::new(program);
-        shim.arm(&mut command, folder, Fault { kind: Kind::Kill, at: 0 });
+        shim.arm(&mut command, folder, InjectedFault { kind: FaultKind::Kill, at: 0 });
         assert!(command.arg("--version").output().unwrap().status.success());
         if shim.report.exists() { Ok(shim) } else { Err("it is a static binary: LD_PRELOAD does not reach it".into()) }
     }
 
     /// Lets `fault` befall `command` on files whose path begins with `under`.
-    pub fn arm(&self, command: &mut Command, under: &Path, fault: Fault) {
+    pub fn arm(&self, command: &mut Command, under: &Path, fault: InjectedFault) {
         // What an earlier run told.
         let _ = std::fs::remove_file(&self.report);
         command
@@ -146,10 +146,10 @@ impl Shim {
     }
 
     /// What the last armed run told.
-    pub fn report(&self) -> Report {
+    pub fn report(&self) -> ShimReport {
         let text = std::fs::read_to_string(&self.report).unwrap_or_default();
         let line = |word: &str| text.lines().find_map(|l| l.strip_prefix(word)).map(str::to_owned);
         let counts = line("count ").unwrap_or_default();
-        Report { fired: line("fired "), counts: counts.split(' ').filter_map(|n| n.parse().ok()).collect() }
+        ShimReport { fired: line("fired "), counts: counts.split(' ').filter_map(|n| n.parse().ok()).collect() }
     }
 }

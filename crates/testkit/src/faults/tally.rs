@@ -1,13 +1,13 @@
-//! `Tally`: many faults on an operation, and what came of them.
+//! `FaultTally`: many faults on an operation, and what came of them.
 
-use super::bench::{Bench, End, Undisturbed};
-use super::operation::Operation;
-use super::shim::{Fault, Kind};
+use super::bench::{FaultBench, TargetState, Undisturbed};
+use super::operation::WriteOperation;
+use super::shim::{FaultKind, InjectedFault};
 use std::collections::BTreeMap;
 
 /// What came of faults of one kind on one operation.
 #[derive(Debug, Default)]
-pub struct Tally {
+pub struct FaultTally {
     /// Calls that could meet the fault.
     pub points: u64,
     /// Faults that came.
@@ -15,19 +15,26 @@ pub struct Tally {
     /// Faults that were due after the run's end: how many calls there are varies a little from run to run.
     pub late: u64,
     /// What stood at the target then.
-    pub ends: BTreeMap<End, u64>,
+    pub ends: BTreeMap<TargetState, u64>,
     /// What is wrong with the program.
     pub failures: Vec<String>,
 }
 
-impl Tally {
+impl FaultTally {
     /// At most `most` faults of a kind, evenly over all points where there are more.
-    pub fn of(bench: &Bench, operation: &Operation, expected: &Undisturbed, kind: Kind, most: u64, seed: u64) -> Self {
+    pub fn run(
+        bench: &FaultBench,
+        operation: &WriteOperation,
+        expected: &Undisturbed,
+        kind: FaultKind,
+        most: u64,
+        seed: u64,
+    ) -> Self {
         let points = kind.points(&expected.counts);
         assert!(points > 0, "{}: no call can meet {kind:?}; does something go around the layer?", operation.name);
         let mut tally = Self { points, ..Self::default() };
         for at in spread(points, most, seed) {
-            match bench.endure(operation, expected, Fault { kind, at }) {
+            match bench.endure(operation, expected, InjectedFault { kind, at }) {
                 Ok((end, true)) => {
                     tally.tried += 1;
                     *tally.ends.entry(end).or_default() += 1;
@@ -43,7 +50,7 @@ impl Tally {
     }
 
     /// How often the target ended so.
-    pub fn ended(&self, end: End) -> u64 {
+    pub fn ended(&self, end: TargetState) -> u64 {
         self.ends.get(&end).copied().unwrap_or(0)
     }
 }

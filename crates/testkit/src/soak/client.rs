@@ -7,13 +7,13 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 /// An answer, read whole.
-pub struct Reply {
+pub struct HttpReply {
     pub status: u16,
     pub retry_after: bool,
     pub body: Vec<u8>,
 }
 
-impl Reply {
+impl HttpReply {
     /// The code word of a problem document, empty where it is none.
     pub fn code(&self) -> String {
         let json: serde_json::Value = serde_json::from_slice(&self.body).unwrap_or_default();
@@ -22,12 +22,12 @@ impl Reply {
 }
 
 /// One client.
-pub struct Client {
+pub struct HttpClient {
     address: String,
     stream: Option<BufReader<TcpStream>>,
 }
 
-impl Client {
+impl HttpClient {
     pub fn new(address: &str) -> Self {
         Self { address: address.to_owned(), stream: None }
     }
@@ -41,7 +41,7 @@ impl Client {
     }
 
     /// Sends a whole request and reads its answer; once more where the kept connection had been closed.
-    pub fn send(&mut self, request: &[u8]) -> std::io::Result<Reply> {
+    pub fn send(&mut self, request: &[u8]) -> std::io::Result<HttpReply> {
         let was_kept = self.stream.is_some();
         match self.try_send(request) {
             Err(_) if was_kept => self.try_send(request),
@@ -49,7 +49,7 @@ impl Client {
         }
     }
 
-    fn try_send(&mut self, request: &[u8]) -> std::io::Result<Reply> {
+    fn try_send(&mut self, request: &[u8]) -> std::io::Result<HttpReply> {
         let mut stream = match self.stream.take() {
             Some(stream) => stream,
             None => BufReader::new(self.connect()?),
@@ -63,13 +63,13 @@ impl Client {
         Ok(reply)
     }
 
-    pub fn get(&mut self, path: &str) -> std::io::Result<Reply> {
+    pub fn get(&mut self, path: &str) -> std::io::Result<HttpReply> {
         self.send(&get(path))
     }
 }
 
 /// Reads one answer; whether the connection can be used again.
-pub fn read(stream: &mut BufReader<TcpStream>) -> std::io::Result<(Reply, bool)> {
+pub fn read(stream: &mut BufReader<TcpStream>) -> std::io::Result<(HttpReply, bool)> {
     let broken = |what: &str| std::io::Error::other(format!("no HTTP answer: {what}"));
     let mut line = String::new();
     stream.read_line(&mut line)?;
@@ -89,7 +89,7 @@ pub fn read(stream: &mut BufReader<TcpStream>) -> std::io::Result<(Reply, bool)>
     }
     let mut body = vec![0; length];
     stream.read_exact(&mut body)?;
-    Ok((Reply { status, retry_after, body }, keep))
+    Ok((HttpReply { status, retry_after, body }, keep))
 }
 
 pub fn get(path: &str) -> Vec<u8> {
@@ -115,12 +115,12 @@ pub fn post(path: &str, parts: &[(&str, &[u8])]) -> Vec<u8> {
 }
 
 /// A running `overfly serve --onboard`, killed when dropped.
-pub struct Serving {
+pub struct ServedStore {
     child: Child,
     pub address: String,
 }
 
-impl Serving {
+impl ServedStore {
     /// Starts `program` over a store, with further arguments; what it logs goes to `log`.
     pub fn start(program: &Path, db: &Path, arguments: &[String], log: &Path) -> Result<Self, String> {
         let mut command = Command::new(program);
@@ -145,8 +145,8 @@ impl Serving {
         }
     }
 
-    pub fn client(&self) -> Client {
-        Client::new(&self.address)
+    pub fn client(&self) -> HttpClient {
+        HttpClient::new(&self.address)
     }
 
     pub fn pid(&self) -> u32 {
@@ -166,7 +166,7 @@ impl Serving {
     }
 }
 
-impl Drop for Serving {
+impl Drop for ServedStore {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

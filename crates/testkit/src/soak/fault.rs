@@ -1,7 +1,7 @@
 //! What happens to a card and its file while they are in use.
 
-use super::client::{Client, Serving};
-use super::question::{Kind, Questions, Verdict, weigh};
+use super::client::{HttpClient, ServedStore};
+use super::question::{AnswerVerdict, QuestionKind, Questions, judge_answer};
 use overfly_core::tile::TileId;
 use overfly_store::Reader;
 use std::collections::BTreeSet;
@@ -10,13 +10,13 @@ use std::os::unix::fs::{FileExt, PermissionsExt};
 use std::path::Path;
 
 /// Turns one bit of a tile's imagery over, wherever in the file that stands. The file keeps its date: so rots a card.
-pub struct Rot {
+pub struct BitRot {
     sound: Vec<u8>,
 }
 
-impl Rot {
+impl BitRot {
     /// Of the store at `path` while it is sound.
-    pub fn of(path: &Path) -> Self {
+    pub fn read(path: &Path) -> Self {
         Self { sound: std::fs::read(path).unwrap() }
     }
 
@@ -65,14 +65,15 @@ fn find_all(bytes: &[u8], needle: &[u8]) -> Vec<usize> {
 
 /// What is done to the file under a running service.
 #[derive(Debug, Clone, Copy)]
-pub enum Fault {
+pub enum FileFault {
     Removed,
     Replaced,
     Truncated,
     Unreadable,
 }
 
-pub const FAULTS: [Fault; 4] = [Fault::Removed, Fault::Replaced, Fault::Truncated, Fault::Unreadable];
+pub const FAULTS: [FileFault; 4] =
+    [FileFault::Removed, FileFault::Replaced, FileFault::Truncated, FileFault::Unreadable];
 
 /// Whether permissions bind whoever runs this.
 pub fn permissions_bind(path: &Path) -> bool {
@@ -82,11 +83,11 @@ pub fn permissions_bind(path: &Path) -> bool {
 /// Does a fault to the store at `path`, asks, heals it and starts the service again. What went wrong, nothing otherwise. Returns
 /// how many questions were asked.
 pub fn endure(
-    fault: Fault,
+    fault: FileFault,
     sound: &Path,
     path: &Path,
     questions: &Questions,
-    start: &dyn Fn() -> Result<Serving, String>,
+    start: &dyn Fn() -> Result<ServedStore, String>,
 ) -> (u64, Vec<String>) {
     let mut wrong = Vec::new();
     let mut serving = match start() {
@@ -122,19 +123,19 @@ pub fn endure(
 }
 
 /// Does it; whether the service should still be ready.
-fn injure(fault: Fault, sound: &Path, path: &Path) -> bool {
+fn injure(fault: FileFault, sound: &Path, path: &Path) -> bool {
     match fault {
-        Fault::Removed => std::fs::remove_file(path).unwrap(),
-        Fault::Replaced => {
+        FileFault::Removed => std::fs::remove_file(path).unwrap(),
+        FileFault::Replaced => {
             let other = path.with_extension("other");
             std::fs::copy(sound, &other).unwrap();
             std::fs::rename(other, path).unwrap();
         }
-        Fault::Truncated => {
+        FileFault::Truncated => {
             let file = File::options().write(true).open(path).unwrap();
             file.set_len(file.metadata().unwrap().len() / 2).unwrap();
         }
-        Fault::Unreadable => {
+        FileFault::Unreadable => {
             std::fs::set_permissions(path, Permissions::from_mode(0o000)).unwrap();
             // Root reads what nobody may.
             return !permissions_bind(path);
@@ -150,18 +151,22 @@ fn heal(sound: &Path, path: &Path) {
 }
 
 /// Some questions of each kind. While `injured` a refusal (5xx) is as right as a right answer, anything else is wrong.
-fn inquire(client: &mut Client, questions: &Questions, when: &str, injured: bool, wrong: &mut Vec<String>) -> u64 {
+fn inquire(client: &mut HttpClient, questions: &Questions, when: &str, injured: bool, wrong: &mut Vec<String>) -> u64 {
     let mut asked = 0;
-    for (kind, count) in
-        [(Kind::Tile, 12), (Kind::Candidates, 12), (Kind::Descriptors, 4), (Kind::Fix, 2), (Kind::Malformed, 4)]
-    {
+    for (kind, count) in [
+        (QuestionKind::Tile, 12),
+        (QuestionKind::Candidates, 12),
+        (QuestionKind::Descriptors, 4),
+        (QuestionKind::Fix, 2),
+        (QuestionKind::Malformed, 4),
+    ] {
         for index in 0..count {
-            let question = questions.of_kind(kind, index * 5);
+            let question = questions.get(kind, index * 5);
             asked += 1;
             match client.send(&question.request) {
                 Err(error) => wrong.push(format!("{when}: {kind:?}: {error}")),
-                Ok(reply) => match weigh(question, &reply) {
-                    Verdict::Wrong(why) if !(injured && reply.status >= 500 && !reply.code().is_empty()) => {
+                Ok(reply) => match judge_answer(question, &reply) {
+                    AnswerVerdict::Wrong(why) if !(injured && reply.status >= 500 && !reply.code().is_empty()) => {
                         wrong.push(format!("{when}: {why}"));
                     }
                     _ => {}

@@ -6,11 +6,11 @@ pub mod fault;
 pub mod question;
 pub mod run;
 
-use client::Serving;
-use fault::Rot;
+use client::ServedStore;
+use fault::BitRot;
 use overfly_core::tile::TileId;
 use question::Questions;
-use run::Tally;
+use run::SoakTally;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,7 +18,7 @@ use std::time::Duration;
 
 /// The process at one moment.
 #[derive(Debug, Clone, Copy)]
-pub struct Reading {
+pub struct MemoryReading {
     pub asked: u64,
     /// Once all requests have their answers.
     pub resident_kb: u64,
@@ -28,14 +28,14 @@ pub struct Reading {
 }
 
 /// What came of a soak.
-pub struct Soaked {
-    pub tally: Tally,
-    pub readings: Vec<Reading>,
+pub struct SoakResult {
+    pub tally: SoakTally,
+    pub readings: Vec<MemoryReading>,
     pub lives: bool,
 }
 
 /// What is soaked.
-pub struct Plan<'a> {
+pub struct SoakPlan<'a> {
     pub requests: u64,
     pub connections: u64,
     pub seed: u64,
@@ -46,10 +46,10 @@ pub struct Plan<'a> {
 }
 
 /// Asks; memory is read after 1, 10, 50 and 100 % of the requests, and before the last two some more tiles rot.
-pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> Soaked {
-    let rot = plan.rotting.map(|(_, sound)| Rot::of(sound));
+pub fn soak(serving: &mut ServedStore, questions: &Questions, plan: &SoakPlan<'_>) -> SoakResult {
+    let rot = plan.rotting.map(|(_, sound)| BitRot::read(sound));
     let mut damaged: BTreeSet<TileId> = BTreeSet::new();
-    let (mut tally, mut readings) = (Tally::default(), Vec::new());
+    let (mut tally, mut readings) = (SoakTally::default(), Vec::new());
     let mut from = 0;
     for percent in [1, 10, 50, 100] {
         let to = plan.requests * percent / 100;
@@ -69,7 +69,7 @@ pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> So
         tally = tally.with(asked);
         // What clients left half done ends.
         std::thread::sleep(Duration::from_secs(1));
-        readings.push(Reading {
+        readings.push(MemoryReading {
             asked: to,
             resident_kb: serving.memory_kb("VmRSS"),
             mean_resident_kb,
@@ -77,11 +77,11 @@ pub fn soak(serving: &mut Serving, questions: &Questions, plan: &Plan<'_>) -> So
         });
         from = to;
     }
-    Soaked { tally, readings, lives: serving.lives() }
+    SoakResult { tally, readings, lives: serving.lives() }
 }
 
 /// The mean of what is resident, read ten times a second for as long as is asked.
-fn mean_resident_kb(serving: &Serving, asking: &AtomicBool) -> u64 {
+fn mean_resident_kb(serving: &ServedStore, asking: &AtomicBool) -> u64 {
     let (mut sum, mut count) = (0, 0);
     while count == 0 || asking.load(Ordering::Relaxed) {
         sum += serving.memory_kb("VmRSS");

@@ -1,6 +1,6 @@
 //! Questions whose right answers are known beforehand, and what is to be made of an answer.
 
-use super::client::{Reply, get, post};
+use super::client::{HttpReply, get, post};
 use overfly_core::geodesy::{Geodetic, geodesic_between};
 use overfly_core::region::Region;
 use overfly_core::tile::TileId;
@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// What is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Kind {
+pub enum QuestionKind {
     Tile,
     Descriptors,
     Candidates,
@@ -28,7 +28,7 @@ pub enum Kind {
 
 /// What a right answer is.
 #[derive(Debug, Clone)]
-pub enum Expected {
+pub enum ExpectedAnswer {
     /// These bytes, by their BLAKE3.
     Bytes(blake3::Hash),
     /// Anything with status 200.
@@ -43,17 +43,17 @@ pub enum Expected {
     Motion([f64; 2]),
 }
 
-pub struct Question {
-    pub kind: Kind,
+pub struct SoakQuestion {
+    pub kind: QuestionKind,
     /// The tile asked for, where it is one.
     pub tile: Option<TileId>,
     pub request: Vec<u8>,
-    pub expected: Expected,
+    pub expected: ExpectedAnswer,
 }
 
 /// What an answer is worth.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
+pub enum AnswerVerdict {
     Right,
     /// A right answer that is a fix or a motion.
     Found,
@@ -65,51 +65,51 @@ pub enum Verdict {
 }
 
 /// Weighs an answer.
-pub fn weigh(question: &Question, reply: &Reply) -> Verdict {
+pub fn judge_answer(question: &SoakQuestion, reply: &HttpReply) -> AnswerVerdict {
     let wrong = |why: String| {
         let body = String::from_utf8_lossy(&reply.body[..reply.body.len().min(400)]).into_owned();
-        Verdict::Wrong(format!("{:?} {:?}: {why}: {} {body}", question.kind, question.tile, reply.status))
+        AnswerVerdict::Wrong(format!("{:?} {:?}: {why}: {} {body}", question.kind, question.tile, reply.status))
     };
     if reply.status == 503 && reply.retry_after && ["busy", "time_limit"].contains(&reply.code().as_str()) {
-        return Verdict::Busy;
+        return AnswerVerdict::Busy;
     }
     let refused = ["too_many_tiles", "region_too_large", "search_too_wide", "memory_too_small"];
     if (400..600).contains(&reply.status) && refused.contains(&reply.code().as_str()) {
-        return Verdict::TooMuch;
+        return AnswerVerdict::TooMuch;
     }
-    if let Expected::Refusal = question.expected {
-        return if (400..500).contains(&reply.status) { Verdict::Right } else { wrong("not refused".into()) };
+    if let ExpectedAnswer::Refusal = question.expected {
+        return if (400..500).contains(&reply.status) { AnswerVerdict::Right } else { wrong("not refused".into()) };
     }
     if reply.status != 200 {
         return wrong("not answered".into());
     }
     let json = || serde_json::from_slice::<serde_json::Value>(&reply.body).unwrap_or_default();
     match &question.expected {
-        Expected::Bytes(hash) if blake3::hash(&reply.body) == *hash => Verdict::Right,
-        Expected::Bytes(_) => wrong("other bytes".into()),
-        Expected::Good => Verdict::Right,
-        Expected::Refusal => wrong("not refused".into()),
-        Expected::NoFix if json()["status"] == "no_fix" => Verdict::Right,
-        Expected::NoFix => wrong("not \"no fix\"".into()),
-        Expected::FixNear(truth, within_m) => {
+        ExpectedAnswer::Bytes(hash) if blake3::hash(&reply.body) == *hash => AnswerVerdict::Right,
+        ExpectedAnswer::Bytes(_) => wrong("other bytes".into()),
+        ExpectedAnswer::Good => AnswerVerdict::Right,
+        ExpectedAnswer::Refusal => wrong("not refused".into()),
+        ExpectedAnswer::NoFix if json()["status"] == "no_fix" => AnswerVerdict::Right,
+        ExpectedAnswer::NoFix => wrong("not \"no fix\"".into()),
+        ExpectedAnswer::FixNear(truth, within_m) => {
             let json = json();
             let number = |name: &str| json[name].as_f64();
             match (json["status"].as_str(), number("latitude_deg"), number("longitude_deg")) {
-                (Some("no_fix"), ..) => Verdict::Right,
+                (Some("no_fix"), ..) => AnswerVerdict::Right,
                 (Some("fix"), Some(latitude), Some(longitude)) => {
                     let at = Geodetic::from_degrees(latitude, longitude).expect("an answer's position");
                     let off_m = geodesic_between(at, *truth).distance_m;
-                    if off_m <= *within_m { Verdict::Found } else { wrong(format!("{off_m:.1} m off")) }
+                    if off_m <= *within_m { AnswerVerdict::Found } else { wrong(format!("{off_m:.1} m off")) }
                 }
                 _ => wrong("neither fix nor \"no fix\"".into()),
             }
         }
-        Expected::Motion([right, down]) => {
+        ExpectedAnswer::Motion([right, down]) => {
             let json = json();
             let at = |k: usize| json["displacement_px"][k].as_f64();
             match (json["status"].as_str(), at(0), at(1)) {
-                (Some("motion"), Some(x), Some(y)) if (x - right).hypot(y - down) < 1.0 => Verdict::Found,
-                (Some("no_motion"), ..) => Verdict::Right,
+                (Some("motion"), Some(x), Some(y)) if (x - right).hypot(y - down) < 1.0 => AnswerVerdict::Found,
+                (Some("no_motion"), ..) => AnswerVerdict::Right,
                 _ => wrong(format!("not the motion ({right}, {down})")),
             }
         }
@@ -117,14 +117,14 @@ pub fn weigh(question: &Question, reply: &Reply) -> Verdict {
 }
 
 /// Everything that is asked, by kind.
-pub struct Questions(pub HashMap<Kind, Vec<Question>>);
+pub struct Questions(pub HashMap<QuestionKind, Vec<SoakQuestion>>);
 
 /// Where the ground of `tiles/` lies: nothing else in any store looks like it. West, south, east, north.
 const LANDSCAPE_DEG: [f64; 4] = [15.5951, 48.4803, 15.6335, 48.5020];
 
 /// How many of each kind.
 #[derive(Debug, Clone, Copy)]
-pub struct Pool {
+pub struct QuestionCounts {
     pub tiles: usize,
     pub candidates: usize,
     pub fixes: usize,
@@ -132,15 +132,15 @@ pub struct Pool {
 
 impl Questions {
     /// Of a sound store: what is right is worked out from it, candidates by holding every footprint against the region.
-    pub fn of(db: &Path, pool: Pool, seed: u64) -> Self {
+    pub fn new(db: &Path, pool: QuestionCounts, seed: u64) -> Self {
         let reader = Reader::open(db).unwrap();
         let layer = &reader.layers()[0];
         let mut dice = StdRng::seed_from_u64(seed);
         let base = reader.footprints(layer, layer.base_zoom).unwrap();
-        let mut all: HashMap<Kind, Vec<Question>> = HashMap::new();
-        all.insert(Kind::Tile, tiles(&reader, layer, &base, pool.tiles, &mut dice));
-        all.insert(Kind::Descriptors, descriptors(&reader, layer, &base, pool.tiles / 4, &mut dice));
-        all.insert(Kind::Candidates, candidates(layer, &base, pool.candidates, &mut dice));
+        let mut all: HashMap<QuestionKind, Vec<SoakQuestion>> = HashMap::new();
+        all.insert(QuestionKind::Tile, tiles(&reader, layer, &base, pool.tiles, &mut dice));
+        all.insert(QuestionKind::Descriptors, descriptors(&reader, layer, &base, pool.tiles / 4, &mut dice));
+        all.insert(QuestionKind::Candidates, candidates(layer, &base, pool.candidates, &mut dice));
         let paths = [
             "/v1/store",
             "/v1/layers",
@@ -150,28 +150,28 @@ impl Questions {
             "/readyz",
             "/metrics",
         ];
-        let plain = |path: &&str| of(Kind::Catalogue, get(path), Expected::Good);
-        all.insert(Kind::Catalogue, paths.iter().map(plain).collect());
+        let plain = |path: &&str| question(QuestionKind::Catalogue, get(path), ExpectedAnswer::Good);
+        all.insert(QuestionKind::Catalogue, paths.iter().map(plain).collect());
         let [fixes, elsewhere, wide] = fixes(&reader, layer, &base, pool.fixes, &mut dice);
-        all.insert(Kind::Fix, fixes);
-        all.insert(Kind::FixElsewhere, elsewhere);
-        all.insert(Kind::FixWide, wide);
-        all.insert(Kind::Motion, motions(&reader, layer, &base, pool.fixes, &mut dice));
-        all.insert(Kind::Malformed, malformed());
+        all.insert(QuestionKind::Fix, fixes);
+        all.insert(QuestionKind::FixElsewhere, elsewhere);
+        all.insert(QuestionKind::FixWide, wide);
+        all.insert(QuestionKind::Motion, motions(&reader, layer, &base, pool.fixes, &mut dice));
+        all.insert(QuestionKind::Malformed, malformed());
         Self(all)
     }
 
-    pub fn of_kind(&self, kind: Kind, index: usize) -> &Question {
+    pub fn get(&self, kind: QuestionKind, index: usize) -> &SoakQuestion {
         let of_kind = &self.0[&kind];
         &of_kind[index % of_kind.len()]
     }
 }
 
-fn of(kind: Kind, request: Vec<u8>, expected: Expected) -> Question {
-    Question { kind, tile: None, request, expected }
+fn question(kind: QuestionKind, request: Vec<u8>, expected: ExpectedAnswer) -> SoakQuestion {
+    SoakQuestion { kind, tile: None, request, expected }
 }
 
-fn tiles(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+fn tiles(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<SoakQuestion> {
     let coarse = reader.footprints(layer, layer.min_zoom).unwrap();
     (0..count)
         .map(|i| {
@@ -179,25 +179,36 @@ fn tiles(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice:
             let tile = from[dice.random_range(0..from.len())].tile;
             let bytes = reader.encoded_tile(layer, tile).unwrap().unwrap().bytes;
             let request = get(&format!("/v1/tiles/{}/{tile}", layer.name));
-            Question { kind: Kind::Tile, tile: Some(tile), request, expected: Expected::Bytes(blake3::hash(&bytes)) }
+            SoakQuestion {
+                kind: QuestionKind::Tile,
+                tile: Some(tile),
+                request,
+                expected: ExpectedAnswer::Bytes(blake3::hash(&bytes)),
+            }
         })
         .collect()
 }
 
-fn descriptors(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+fn descriptors(
+    reader: &Reader,
+    layer: &Layer,
+    base: &[Footprint],
+    count: usize,
+    dice: &mut StdRng,
+) -> Vec<SoakQuestion> {
     (0..count.max(1))
         .map(|_| {
             let tile = base[dice.random_range(0..base.len())].tile;
             let bytes = reader.descriptors(layer, tile).unwrap().unwrap();
             let request = get(&format!("/v1/tiles/{}/{tile}/descriptors", layer.name));
-            let expected = Expected::Bytes(blake3::hash(&bytes));
-            Question { kind: Kind::Descriptors, tile: Some(tile), request, expected }
+            let expected = ExpectedAnswer::Bytes(blake3::hash(&bytes));
+            SoakQuestion { kind: QuestionKind::Descriptors, tile: Some(tile), request, expected }
         })
         .collect()
 }
 
 /// Regions of every mode and many sizes.
-fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<SoakQuestion> {
     (0..count)
         .map(|i| {
             let place = base[dice.random_range(0..base.len())].tile.centre();
@@ -241,11 +252,11 @@ fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng
             let expected = match Region::new(asked.centre, asked.image, asked.uncertainty) {
                 Ok(region) => {
                     let answer = rank(&layer.name, base.iter(), &region, None);
-                    Expected::Bytes(blake3::hash(&serde_json::to_vec(&answer).unwrap()))
+                    ExpectedAnswer::Bytes(blake3::hash(&serde_json::to_vec(&answer).unwrap()))
                 }
-                Err(_) => Expected::Refusal,
+                Err(_) => ExpectedAnswer::Refusal,
             };
-            of(Kind::Candidates, get(&format!("/v1/candidates?{text}")), expected)
+            question(QuestionKind::Candidates, get(&format!("/v1/candidates?{text}")), expected)
         })
         .collect()
 }
@@ -297,7 +308,13 @@ fn landscape(reader: &Reader, layer: &Layer, base: &[Footprint]) -> Vec<(TileId,
 }
 
 /// Frames over their ground, frames searched for elsewhere or of nothing, frames with hardly any prior.
-fn fixes(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> [Vec<Question>; 3] {
+fn fixes(
+    reader: &Reader,
+    layer: &Layer,
+    base: &[Footprint],
+    count: usize,
+    dice: &mut StdRng,
+) -> [Vec<SoakQuestion>; 3] {
     let known = landscape(reader, layer, base);
     assert!(!known.is_empty(), "the store shows nothing of the drawn landscape");
     let (mut fixes, mut elsewhere, mut wide) = (Vec::new(), Vec::new(), Vec::new());
@@ -313,25 +330,29 @@ fn fixes(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice:
         let ask = |image: &[u8], request: &serde_json::Value| {
             post("/v1/fixes", &[("image", image), ("request", request.to_string().as_bytes())])
         };
-        fixes.push(of(Kind::Fix, ask(&sound, &near), Expected::FixNear(truth, 5.0)));
+        fixes.push(question(QuestionKind::Fix, ask(&sound, &near), ExpectedAnswer::FixNear(truth, 5.0)));
         let mirrored = image.fliph();
-        elsewhere.push(of(Kind::FixElsewhere, ask(&frame(&mirrored, [96, 136]), &near), Expected::NoFix));
+        elsewhere.push(question(
+            QuestionKind::FixElsewhere,
+            ask(&frame(&mirrored, [96, 136]), &near),
+            ExpectedAnswer::NoFix,
+        ));
         let far = base[dice.random_range(0..base.len())].tile;
         let mut lost = near.clone();
         lost["latitude_deg"] = far.centre().latitude_deg().into();
         lost["longitude_deg"] = far.centre().longitude_deg().into();
-        elsewhere.push(of(Kind::FixElsewhere, ask(&sound, &lost), Expected::FixNear(truth, 5.0)));
+        elsewhere.push(question(QuestionKind::FixElsewhere, ask(&sound, &lost), ExpectedAnswer::FixNear(truth, 5.0)));
         let turned = serde_json::json!({"gsd_m_per_px": gsd, "height_sigma_ratio": 0.02});
-        wide.push(of(Kind::FixWide, ask(&sound, &turned), Expected::FixNear(truth, 5.0)));
+        wide.push(question(QuestionKind::FixWide, ask(&sound, &turned), ExpectedAnswer::FixNear(truth, 5.0)));
         let mut vague = near.clone();
         vague.as_object_mut().unwrap().remove("heading_deg");
         vague["sigma_m"] = 900.0.into();
-        wide.push(of(Kind::FixWide, ask(&sound, &vague), Expected::FixNear(truth, 5.0)));
+        wide.push(question(QuestionKind::FixWide, ask(&sound, &vague), ExpectedAnswer::FixNear(truth, 5.0)));
     }
     [fixes, elsewhere, wide]
 }
 
-fn motions(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<Question> {
+fn motions(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<SoakQuestion> {
     let known = landscape(reader, layer, base);
     (0..count)
         .map(|_| {
@@ -339,13 +360,13 @@ fn motions(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dic
             let shift = [dice.random_range(0..80u32), dice.random_range(0..60u32)];
             let (a, b) = (frame(image, [80, 100]), frame(image, [80 + shift[0], 100 + shift[1]]));
             let request = post("/v1/motions", &[("image_a", &a), ("image_b", &b)]);
-            of(Kind::Motion, request, Expected::Motion(shift.map(f64::from)))
+            question(QuestionKind::Motion, request, ExpectedAnswer::Motion(shift.map(f64::from)))
         })
         .collect()
 }
 
 /// What nobody should send.
-fn malformed() -> Vec<Question> {
+fn malformed() -> Vec<SoakQuestion> {
     let raw = |text: &str| text.as_bytes().to_vec();
     let mut requests = vec![
         raw("GET /v1/candidates?latitude_deg=NaN HTTP/1.1\r\nhost: o\r\n\r\n"),
@@ -372,5 +393,5 @@ fn malformed() -> Vec<Question> {
     }
     let deep = "[".repeat(10_000);
     requests.push(post("/v1/fixes", &[("image", b"x"), ("request", deep.as_bytes())]));
-    requests.into_iter().map(|request| of(Kind::Malformed, request, Expected::Refusal)).collect()
+    requests.into_iter().map(|request| question(QuestionKind::Malformed, request, ExpectedAnswer::Refusal)).collect()
 }

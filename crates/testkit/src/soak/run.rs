@@ -1,7 +1,7 @@
 //! Many mixed requests on several connections at once, among them such as break off half-way; every answer weighed.
 
-use super::client::{Client, Serving, read};
-use super::question::{Kind, Question, Questions, Verdict, weigh};
+use super::client::{HttpClient, ServedStore, read};
+use super::question::{AnswerVerdict, QuestionKind, Questions, SoakQuestion, judge_answer};
 use overfly_core::tile::TileId;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -11,26 +11,26 @@ use std::ops::Range;
 use std::time::Duration;
 
 /// In what proportion what is asked: parts of 10,000.
-pub const MIX: &[(Asked, u32)] = &[
-    (Asked::Whole(Kind::Tile), 5_300),
-    (Asked::Whole(Kind::Candidates), 2_600),
-    (Asked::Whole(Kind::Descriptors), 500),
-    (Asked::Whole(Kind::Catalogue), 500),
-    (Asked::Whole(Kind::Malformed), 400),
-    (Asked::Dropped, 400),
-    (Asked::Whole(Kind::Fix), 90),
-    (Asked::Whole(Kind::FixElsewhere), 40),
-    (Asked::Whole(Kind::FixWide), 3),
-    (Asked::Whole(Kind::Motion), 120),
-    (Asked::Vanished, 30),
-    (Asked::Slow, 17),
+pub const MIX: &[(ClientBehaviour, u32)] = &[
+    (ClientBehaviour::Whole(QuestionKind::Tile), 5_300),
+    (ClientBehaviour::Whole(QuestionKind::Candidates), 2_600),
+    (ClientBehaviour::Whole(QuestionKind::Descriptors), 500),
+    (ClientBehaviour::Whole(QuestionKind::Catalogue), 500),
+    (ClientBehaviour::Whole(QuestionKind::Malformed), 400),
+    (ClientBehaviour::Dropped, 400),
+    (ClientBehaviour::Whole(QuestionKind::Fix), 90),
+    (ClientBehaviour::Whole(QuestionKind::FixElsewhere), 40),
+    (ClientBehaviour::Whole(QuestionKind::FixWide), 3),
+    (ClientBehaviour::Whole(QuestionKind::Motion), 120),
+    (ClientBehaviour::Vanished, 30),
+    (ClientBehaviour::Slow, 17),
 ];
 
 /// How a client behaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Asked {
+pub enum ClientBehaviour {
     /// Sends all and waits for the answer.
-    Whole(Kind),
+    Whole(QuestionKind),
     /// Breaks off in the middle of a request.
     Dropped,
     /// Sends the frame of a fix and goes away while it is searched for.
@@ -41,7 +41,7 @@ pub enum Asked {
 
 /// What came of one kind of request.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Count {
+pub struct RequestCounts {
     pub asked: u64,
     pub right: u64,
     /// Of these such as found something: a fix, a motion.
@@ -56,13 +56,13 @@ pub struct Count {
 
 /// What came of many requests.
 #[derive(Debug, Clone, Default)]
-pub struct Tally {
-    pub counts: BTreeMap<String, Count>,
+pub struct SoakTally {
+    pub counts: BTreeMap<String, RequestCounts>,
     /// Wrong answers and connections that failed; none may be.
     pub wrong: Vec<String>,
 }
 
-impl Tally {
+impl SoakTally {
     pub fn asked(&self) -> u64 {
         self.counts.values().map(|c| c.asked).sum()
     }
@@ -81,30 +81,30 @@ impl Tally {
         self
     }
 
-    fn take(&mut self, asked: Asked, outcome: Outcome) {
+    fn take(&mut self, asked: ClientBehaviour, outcome: RequestOutcome) {
         let name = match asked {
-            Asked::Whole(kind) => format!("{kind:?}"),
+            ClientBehaviour::Whole(kind) => format!("{kind:?}"),
             other => format!("{other:?}"),
         };
         let count = self.counts.entry(name).or_default();
         count.asked += 1;
         match outcome {
-            Outcome::Weighed(Verdict::Right) | Outcome::Unanswered => count.right += 1,
-            Outcome::Weighed(Verdict::Found) => {
+            RequestOutcome::Weighed(AnswerVerdict::Right) | RequestOutcome::Unanswered => count.right += 1,
+            RequestOutcome::Weighed(AnswerVerdict::Found) => {
                 count.right += 1;
                 count.found += 1;
             }
-            Outcome::Weighed(Verdict::Busy) => count.busy += 1,
-            Outcome::Weighed(Verdict::TooMuch) => count.too_much += 1,
-            Outcome::Weighed(Verdict::Wrong(why)) => self.wrong.push(why),
-            Outcome::Damaged => count.damaged += 1,
-            Outcome::Failed(why) => self.wrong.push(format!("{asked:?}: {why}")),
+            RequestOutcome::Weighed(AnswerVerdict::Busy) => count.busy += 1,
+            RequestOutcome::Weighed(AnswerVerdict::TooMuch) => count.too_much += 1,
+            RequestOutcome::Weighed(AnswerVerdict::Wrong(why)) => self.wrong.push(why),
+            RequestOutcome::Damaged => count.damaged += 1,
+            RequestOutcome::Failed(why) => self.wrong.push(format!("{asked:?}: {why}")),
         }
     }
 }
 
-enum Outcome {
-    Weighed(Verdict),
+enum RequestOutcome {
+    Weighed(AnswerVerdict),
     /// Nobody waited for an answer.
     Unanswered,
     /// Refused as damaged, rightly.
@@ -115,20 +115,20 @@ enum Outcome {
 /// Sends requests number `numbers` of a stream that `seed` tells apart, on `connections` connections at once. Of the tiles
 /// `damaged` nothing may be given.
 pub fn ask(
-    serving: &Serving,
+    serving: &ServedStore,
     questions: &Questions,
     damaged: &BTreeSet<TileId>,
     numbers: Range<u64>,
     connections: u64,
     seed: u64,
-) -> Tally {
+) -> SoakTally {
     std::thread::scope(|scope| {
         let handles: Vec<_> = (0..connections)
             .map(|worker| {
                 let numbers = numbers.clone().filter(move |n| n % connections == worker);
                 let mut client = serving.client();
                 scope.spawn(move || {
-                    let mut tally = Tally::default();
+                    let mut tally = SoakTally::default();
                     for number in numbers {
                         let mut dice = StdRng::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
                         let asked = drawn(&mut dice);
@@ -139,11 +139,11 @@ pub fn ask(
                 })
             })
             .collect();
-        handles.into_iter().map(|h| h.join().unwrap()).fold(Tally::default(), Tally::with)
+        handles.into_iter().map(|h| h.join().unwrap()).fold(SoakTally::default(), SoakTally::with)
     })
 }
 
-fn drawn(dice: &mut StdRng) -> Asked {
+fn drawn(dice: &mut StdRng) -> ClientBehaviour {
     let mut at = dice.random_range(0..MIX.iter().map(|(_, parts)| parts).sum());
     for (asked, parts) in MIX {
         match at < *parts {
@@ -155,56 +155,58 @@ fn drawn(dice: &mut StdRng) -> Asked {
 }
 
 fn ask_one(
-    client: &mut Client,
+    client: &mut HttpClient,
     questions: &Questions,
     damaged: &BTreeSet<TileId>,
-    asked: Asked,
+    asked: ClientBehaviour,
     dice: &mut StdRng,
-) -> Outcome {
+) -> RequestOutcome {
     let kind = match asked {
-        Asked::Whole(kind) => kind,
-        Asked::Dropped | Asked::Vanished => Kind::Fix,
-        Asked::Slow => Kind::Tile,
+        ClientBehaviour::Whole(kind) => kind,
+        ClientBehaviour::Dropped | ClientBehaviour::Vanished => QuestionKind::Fix,
+        ClientBehaviour::Slow => QuestionKind::Tile,
     };
-    let question = questions.of_kind(kind, dice.random_range(0..usize::MAX));
+    let question = questions.get(kind, dice.random_range(0..usize::MAX));
     let reply = match asked {
-        Asked::Whole(_) => client.send(&question.request),
-        Asked::Slow => slowly(client, &question.request),
-        Asked::Dropped => {
+        ClientBehaviour::Whole(_) => client.send(&question.request),
+        ClientBehaviour::Slow => slowly(client, &question.request),
+        ClientBehaviour::Dropped => {
             let length = dice.random_range(1..question.request.len());
             return abandon(client, &question.request[..length], Duration::ZERO);
         }
-        Asked::Vanished => {
+        ClientBehaviour::Vanished => {
             let wait = Duration::from_millis(dice.random_range(0..60));
             return abandon(client, &question.request, wait);
         }
     };
     match reply {
-        Err(error) => Outcome::Failed(error.to_string()),
+        Err(error) => RequestOutcome::Failed(error.to_string()),
         Ok(reply) => {
             let is_damaged = question.tile.is_some_and(|tile| damaged.contains(&tile));
             if is_damaged && reply.status == 500 && reply.code() == "damaged_store" {
-                return Outcome::Damaged;
+                return RequestOutcome::Damaged;
             }
             weighed(question, &reply, is_damaged)
         }
     }
 }
 
-fn weighed(question: &Question, reply: &super::client::Reply, is_damaged: bool) -> Outcome {
-    match weigh(question, reply) {
-        Verdict::Right | Verdict::Found if is_damaged => Outcome::Failed("a damaged tile was given".into()),
-        verdict => Outcome::Weighed(verdict),
+fn weighed(question: &SoakQuestion, reply: &super::client::HttpReply, is_damaged: bool) -> RequestOutcome {
+    match judge_answer(question, reply) {
+        AnswerVerdict::Right | AnswerVerdict::Found if is_damaged => {
+            RequestOutcome::Failed("a damaged tile was given".into())
+        }
+        verdict => RequestOutcome::Weighed(verdict),
     }
 }
 
-fn abandon(client: &Client, bytes: &[u8], wait: Duration) -> Outcome {
+fn abandon(client: &HttpClient, bytes: &[u8], wait: Duration) -> RequestOutcome {
     let sent = client.connect().and_then(|mut stream| stream.write_all(bytes));
     std::thread::sleep(wait);
-    sent.map_or_else(|e| Outcome::Failed(e.to_string()), |()| Outcome::Unanswered)
+    sent.map_or_else(|e| RequestOutcome::Failed(e.to_string()), |()| RequestOutcome::Unanswered)
 }
 
-fn slowly(client: &Client, request: &[u8]) -> std::io::Result<super::client::Reply> {
+fn slowly(client: &HttpClient, request: &[u8]) -> std::io::Result<super::client::HttpReply> {
     let mut stream = client.connect()?;
     let (first, rest) = request.split_at(request.len() / 2);
     stream.write_all(first)?;

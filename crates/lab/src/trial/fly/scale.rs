@@ -2,7 +2,7 @@
 //!
 //! A nominal focal length and an altimeter that is off stretch every step alike. One factor takes both out.
 
-use super::FlyOutcome;
+use super::outcome::FlyOutcome;
 use overfly_core::geodesy::{Enu, LocalFrame};
 use serde::Serialize;
 
@@ -30,7 +30,7 @@ pub struct FlightScale {
 impl FlightScale {
     /// As the last position of a flight knows it from fixes; else from truth and dead reckoning, run by run. `None` where there is
     /// neither fix nor way.
-    pub fn of(outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>]) -> Option<Self> {
+    pub fn estimate(outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>]) -> Option<Self> {
         let fixed = outcomes.last().map(|o| &o.position).filter(|p| p.fix_age_s.is_some());
         if let Some(last) = fixed {
             let sigma_ratio = Some(last.height_scale_sigma_ratio);
@@ -95,16 +95,16 @@ mod tests {
     #[test]
     fn truth_tells_the_factor_where_no_fix_does() {
         let reckoned = [run(98.0, 1.0, None), run(102.0, 1.0, None)];
-        let scale = FlightScale::of(&reckoned[0], &reckoned).unwrap();
+        let scale = FlightScale::estimate(&reckoned[0], &reckoned).unwrap();
         // Least squares over both: 100 (98 + 102) / (98^2 + 102^2).
         assert!((scale.ratio - 20_000.0 / 20_008.0).abs() < 1e-6 && scale.from == ScaleSource::Truth, "{scale:?}");
         assert!((scale.end_error_m(&reckoned[0]) - 10.2).abs() < 0.1);
-        assert_eq!(FlightScale::of(&[], &[]), None);
+        assert_eq!(FlightScale::estimate(&[], &[]), None);
     }
 
     #[test]
     fn fixes_tell_it_before_truth() {
-        let scale = FlightScale::of(&run(100.0, 1.03, Some(4.0)), &[run(98.0, 1.0, None)]).unwrap();
+        let scale = FlightScale::estimate(&run(100.0, 1.03, Some(4.0)), &[run(98.0, 1.0, None)]).unwrap();
         assert_eq!((scale.ratio, scale.sigma_ratio, scale.from), (1.03, Some(0.002), ScaleSource::Fixes));
     }
 }

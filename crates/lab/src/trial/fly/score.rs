@@ -1,8 +1,9 @@
 //! `FlyScore`: what a replayed flight is worth against truth.
 
-use super::{FlightScale, FlyOutcome};
-use crate::trial::Spread;
+use super::outcome::FlyOutcome;
+use super::scale::FlightScale;
 use crate::trial::ellipse::{CHI_SQUARE_95, nees};
+use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::LocalFrame;
 use serde::Serialize;
@@ -20,9 +21,9 @@ pub struct FlyScore {
     #[serde(rename = "false")]
     pub wrong: usize,
     /// Of all positions, propagated ones too, metres.
-    pub position_error_m: Option<Spread>,
+    pub position_error_m: Option<Quantiles>,
     /// Of dead reckoning by relative registrations alone, from the true start of each run between pauses, metres.
-    pub dead_reckoning_error_m: Option<Spread>,
+    pub dead_reckoning_error_m: Option<Quantiles>,
     /// Share of positions whose truth lies in their own 95 % ellipse.
     pub ellipse95_coverage: Option<f64>,
     /// Absolute registrations begun.
@@ -59,10 +60,10 @@ pub struct RunScore {
 
 impl FlyScore {
     /// Scores a flight beside its dead reckoning.
-    pub fn of(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> Self {
+    pub fn from_outcomes(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> Self {
         let length_m = |o: &FlyOutcome| o.error.length_m();
         let fix_errors: Vec<f64> = outcomes.iter().filter_map(|o| o.fix_error_m).collect();
-        let scale = FlightScale::of(outcomes, reckoned);
+        let scale = FlightScale::estimate(outcomes, reckoned);
         let runs = reckoned.iter().filter(|run| run.len() > 1);
         let covered = outcomes.iter().filter(|o| is_in_ellipse95(o)).count();
         Self {
@@ -70,8 +71,8 @@ impl FlyScore {
             frames: outcomes.len(),
             fixes: fix_errors.len(),
             wrong: fix_errors.iter().filter(|e| **e > right_m).count(),
-            position_error_m: Spread::of(outcomes.iter().map(length_m).collect()),
-            dead_reckoning_error_m: Spread::of(reckoned.iter().flatten().map(length_m).collect()),
+            position_error_m: Quantiles::from_values(outcomes.iter().map(length_m).collect()),
+            dead_reckoning_error_m: Quantiles::from_values(reckoned.iter().flatten().map(length_m).collect()),
             ellipse95_coverage: (!outcomes.is_empty()).then(|| covered as f64 / outcomes.len() as f64),
             absolute_count: outcomes.iter().map(|o| o.position.absolute_count).sum(),
             relative_count: outcomes.iter().map(|o| o.position.relative_count).sum(),

@@ -1,38 +1,58 @@
 //! `positions.csv`: a row per image, from which others can recompute the scores.
 
-use super::FlyOutcome;
-use crate::trial::TrialError;
-use crate::trial::fix_table::{quoted, write_table};
+use super::outcome::FlyOutcome;
+use crate::trial::csv_file::{Decimals, write_csv};
+use crate::trial::error::TrialError;
 use overfly_core::coupling::Mode;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-const HEADER: &str = "image,time_s,mode,source,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,\
-covariance_nn_m2,fix_age_s,tiles_searched,nominal_count";
-
-/// Writes `positions.csv` into a folder, made where absent, and returns its path: the rows of one mode after the other.
-///
-/// # Errors
-/// Where it cannot be written.
-pub fn write_positions(folder: &Path, flown: &[(Mode, Vec<FlyOutcome>)]) -> Result<PathBuf, TrialError> {
-    let rows = flown.iter().flat_map(|(mode, outcomes)| outcomes.iter().map(|o| row(*mode, o)));
-    let text: String = std::iter::once(format!("{HEADER}\n")).chain(rows).collect();
-    write_table(folder, "positions.csv", &text)
+/// A row of `positions.csv`.
+#[derive(Serialize, Default)]
+struct PositionRow<'a> {
+    image: &'a str,
+    time_s: Decimals<3>,
+    mode: &'static str,
+    source: &'static str,
+    latitude_deg: Decimals<9>,
+    longitude_deg: Decimals<9>,
+    heading_deg: Decimals<4>,
+    covariance_ee_m2: Decimals<6>,
+    covariance_en_m2: Decimals<6>,
+    covariance_nn_m2: Decimals<6>,
+    fix_age_s: Option<Decimals<3>>,
+    tiles_searched: usize,
+    nominal_count: Decimals<3>,
 }
 
-fn row(mode: Mode, o: &FlyOutcome) -> String {
-    let p = &o.position;
-    let [[ee, en], [_, nn]] = p.covariance_m2;
-    format!(
-        "{},{:.3},{},{},{:.9},{:.9},{:.4},{ee:.6},{en:.6},{nn:.6},{},{},{:.3}\n",
-        quoted(&o.image),
-        p.time_s,
-        mode.word(),
-        p.source.word(),
-        p.position.latitude_deg(),
-        p.position.longitude_deg(),
-        p.heading_rad.to_degrees(),
-        p.fix_age_s.map_or(String::new(), |s| format!("{s:.3}")),
-        p.tiles_searched,
-        p.nominal_count,
-    )
+impl<'a> PositionRow<'a> {
+    fn new(mode: Mode, o: &'a FlyOutcome) -> Self {
+        let p = &o.position;
+        let [[ee, en], [_, nn]] = p.covariance_m2;
+        Self {
+            image: &o.image,
+            time_s: Decimals(p.time_s),
+            mode: mode.word(),
+            source: p.source.word(),
+            latitude_deg: Decimals(p.position.latitude_deg()),
+            longitude_deg: Decimals(p.position.longitude_deg()),
+            heading_deg: Decimals(p.heading_rad.to_degrees()),
+            covariance_ee_m2: Decimals(ee),
+            covariance_en_m2: Decimals(en),
+            covariance_nn_m2: Decimals(nn),
+            fix_age_s: p.fix_age_s.map(Decimals),
+            tiles_searched: p.tiles_searched,
+            nominal_count: Decimals(p.nominal_count),
+        }
+    }
+}
+
+/// Writes `positions.csv` into a folder, which is made if absent, and returns the path of the file. The rows of one mode follow
+/// those of the other.
+///
+/// # Errors
+/// [`TrialError::Unwritable`].
+pub fn write_positions(folder: &Path, flown: &[(Mode, Vec<FlyOutcome>)]) -> Result<PathBuf, TrialError> {
+    let rows = flown.iter().flat_map(|(mode, outcomes)| outcomes.iter().map(|o| PositionRow::new(*mode, o)));
+    write_csv(folder, "positions.csv", rows)
 }

@@ -4,7 +4,7 @@ use overfly_core::camera::{CameraError, Intrinsics, View};
 use overfly_core::pixels::Gray;
 
 /// A frame and how its camera is said to have looked.
-pub struct Shown {
+pub struct ShownFrame {
     /// The frame.
     pub gray: Gray,
     /// The stated view.
@@ -12,7 +12,7 @@ pub struct Shown {
 }
 
 /// Left and right exchanged, camera and roll with them: what the same flight over a mirrored world would have seen.
-pub fn mirrored(frame: &Gray, view: &View) -> Shown {
+pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
     let (width, height) = (frame.width_px(), frame.height_px());
     let mut gray = frame.clone();
     (0..height).for_each(|y| gray.values_mut()[y * width..(y + 1) * width].reverse());
@@ -33,14 +33,14 @@ pub fn mirrored(frame: &Gray, view: &View) -> Shown {
             }
         }
     };
-    Shown { gray, view }
+    ShownFrame { gray, view }
 }
 
 /// The middle square of the frame turned clockwise by a number of quarter turns.
 ///
 /// # Errors
 /// Where the camera did not take this frame.
-pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<Shown, CameraError> {
+pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, CameraError> {
     let (width, height) = (frame.width_px(), frame.height_px());
     let side = width.min(height);
     let (left, top) = ((width - side) / 2, (height - side) / 2);
@@ -76,7 +76,7 @@ pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<Shown, Camer
             }
         }
     };
-    Ok(Shown { gray, view })
+    Ok(ShownFrame { gray, view })
 }
 
 /// The frame's middle at `factor` times its scale, in the frame's own size.

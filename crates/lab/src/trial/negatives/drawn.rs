@@ -69,7 +69,7 @@ pub fn fields(width: usize, height: usize, north_rad: f64, rng: &mut ChaCha8Rng)
     let (sin, cos) = turn.sin_cos();
     let (sin, cos) = (sin as f32, cos as f32);
     let shift = [rng.random_range(0.0..500.0f32), rng.random_range(0.0..500.0f32)];
-    let pattern = Pattern::random(rng);
+    let pattern = FieldPattern::random(rng);
     let field = painted(width, height, |x, y| pattern.at(x * cos + y * sin + shift[0], y * cos - x * sin + shift[1]));
     let (middle, contrast) = (rng.random_range(70.0..170.0), rng.random_range(6.0..50.0));
     let grain = rng.random_range(0.5..9.0);
@@ -77,14 +77,14 @@ pub fn fields(width: usize, height: usize, north_rad: f64, rng: &mut ChaCha8Rng)
 }
 
 /// A pattern over the plane, pixels.
-enum Pattern {
+enum FieldPattern {
     Stripes { pitch: f32, share: f32 },
     Chequer { pitch: [f32; 2] },
     Rows { pitch: f32, lines: f32 },
     Parcels { pitch: [f32; 2], seed: u32, edge: f32, is_bonded: bool },
 }
 
-impl Pattern {
+impl FieldPattern {
     fn random(rng: &mut ChaCha8Rng) -> Self {
         let mut pitch = |from: f32, to: f32| from * (to / from).powf(rng.random::<f32>());
         let (long, across, fine) = (pitch(8.0, 110.0), pitch(8.0, 80.0), pitch(2.2, 8.0));
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn stripes_run_along_the_stated_north() {
         // Clockwise by 30 degrees on the frame: along it nothing changes, across it everything repeats.
-        let pattern = Pattern::Stripes { pitch: 12.0, share: 0.5 };
+        let pattern = FieldPattern::Stripes { pitch: 12.0, share: 0.5 };
         let at = |x: f32, y: f32| {
             let (sin, cos) = 30f32.to_radians().sin_cos();
             pattern.at(x * cos + y * sin, y * cos - x * sin)

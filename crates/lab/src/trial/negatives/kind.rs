@@ -1,11 +1,11 @@
-//! `Kind`: the ways in which a frame can have no place in the region that is searched for it.
+//! `NegativeKind`: the ways in which a frame can have no place in the region that is searched for it.
 
 use serde::Serialize;
 
 /// Why a fix of such a trial is false, whatever it says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum NegativeKind {
     /// A real frame; the region, grown by the frame's reach, does not hold its place.
     Elsewhere,
     /// The frame's left and right exchanged, as over a mirrored map.
@@ -26,7 +26,7 @@ pub enum Kind {
     Foreign,
 }
 
-impl Kind {
+impl NegativeKind {
     /// All of them, in the order in which they are reported.
     pub const ALL: [Self; 9] = [
         Self::Elsewhere,
@@ -67,7 +67,7 @@ impl Kind {
     }
 }
 
-impl std::str::FromStr for Kind {
+impl std::str::FromStr for NegativeKind {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, Self::Err> {
@@ -82,10 +82,10 @@ mod tests {
 
     #[test]
     fn words_are_what_json_says() {
-        for kind in Kind::ALL {
+        for kind in NegativeKind::ALL {
             assert_eq!(serde_json::to_value(kind).unwrap(), kind.word());
             assert_eq!(kind.word().parse(), Ok(kind));
         }
-        assert!("nothing".parse::<Kind>().is_err());
+        assert!("nothing".parse::<NegativeKind>().is_err());
     }
 }

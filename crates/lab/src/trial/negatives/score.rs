@@ -1,8 +1,9 @@
 //! `NegativeScore`: how often the search was falsely sure, what that proves, and whether what it stated is what came.
 
 use super::bound::{lower95, upper95};
-use super::{Kind, NegativeOutcome};
-use crate::trial::Spread;
+use super::kind::NegativeKind;
+use super::outcome::NegativeOutcome;
+use crate::trial::quantiles::Quantiles;
 use serde::Serialize;
 
 /// Evidence is compared down to this power of ten.
@@ -26,7 +27,7 @@ pub struct NegativeScore {
     /// Stated accidents beside those that came, over all searches of frames whose ground the region does not show.
     pub calibration: Vec<CalibrationStep>,
     /// From the frame in memory to the answer.
-    pub elapsed_ms: Option<Spread>,
+    pub elapsed_ms: Option<Quantiles>,
     /// Searches at a time.
     pub threads: usize,
 }
@@ -37,7 +38,7 @@ pub struct RegionScore {
     /// Area asked for, in usual squares.
     pub region: f64,
     /// Area of it that holds map, in usual squares.
-    pub searched_ratio: Option<Spread>,
+    pub searched_ratio: Option<Quantiles>,
     /// Searches made.
     pub trials: usize,
     /// Trials for which the layer has no room.
@@ -54,7 +55,7 @@ pub struct RegionScore {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KindScore {
     /// Why every fix is false.
-    pub kind: Kind,
+    pub kind: NegativeKind,
     /// Area asked for, in usual squares.
     pub region: f64,
     /// Searches made.
@@ -87,14 +88,14 @@ pub struct CalibrationStep {
 }
 
 /// Counts over some outcomes.
-struct Count {
+struct OutcomeCounts {
     trials: usize,
     skipped: usize,
     accepted: usize,
 }
 
-impl Count {
-    fn of(outcomes: &[&NegativeOutcome]) -> Self {
+impl OutcomeCounts {
+    fn from_outcomes(outcomes: &[&NegativeOutcome]) -> Self {
         let skipped = outcomes.iter().filter(|o| o.search.is_none()).count();
         let accepted = outcomes.iter().filter(|o| o.is_accepted()).count();
         Self { trials: outcomes.len() - skipped, skipped, accepted }
@@ -107,15 +108,15 @@ impl Count {
 
 impl NegativeScore {
     /// Scores outcomes.
-    pub fn of(outcomes: &[NegativeOutcome], threads: usize) -> Self {
+    pub fn from_outcomes(outcomes: &[NegativeOutcome], threads: usize) -> Self {
         let all: Vec<&NegativeOutcome> = outcomes.iter().collect();
         let mut regions: Vec<f64> = all.iter().map(|o| o.region).collect();
         regions.sort_by(f64::total_cmp);
         regions.dedup();
-        let mut kinds: Vec<Kind> = all.iter().map(|o| o.kind).collect();
+        let mut kinds: Vec<NegativeKind> = all.iter().map(|o| o.kind).collect();
         kinds.sort_unstable();
         kinds.dedup();
-        let count = Count::of(&all);
+        let count = OutcomeCounts::from_outcomes(&all);
         let chosen = |keep: &dyn Fn(&NegativeOutcome) -> bool| -> Vec<&NegativeOutcome> {
             all.iter().copied().filter(|o| keep(o)).collect()
         };
@@ -125,27 +126,27 @@ impl NegativeScore {
             skipped: count.skipped,
             accepted: count.accepted,
             false_rate_upper95: count.false_rate_upper95(),
-            by_region: regions.iter().map(|&r| RegionScore::of(r, &chosen(&|o| o.region == r))).collect(),
+            by_region: regions.iter().map(|&r| RegionScore::from_outcomes(r, &chosen(&|o| o.region == r))).collect(),
             by_kind: kinds
                 .iter()
                 .flat_map(|&k| regions.iter().map(move |&r| (k, r)))
-                .map(|(k, r)| KindScore::of(k, r, &chosen(&|o| o.kind == k && o.region == r)))
+                .map(|(k, r)| KindScore::from_outcomes(k, r, &chosen(&|o| o.kind == k && o.region == r)))
                 .filter(|s| s.trials + s.skipped > 0)
                 .collect(),
             calibration: calibration(&all),
-            elapsed_ms: Spread::of(elapsed),
+            elapsed_ms: Quantiles::from_values(elapsed),
             threads,
         }
     }
 }
 
 impl RegionScore {
-    fn of(region: f64, outcomes: &[&NegativeOutcome]) -> Self {
-        let count = Count::of(outcomes);
+    fn from_outcomes(region: f64, outcomes: &[&NegativeOutcome]) -> Self {
+        let count = OutcomeCounts::from_outcomes(outcomes);
         let searched = outcomes.iter().filter_map(|o| Some(o.search.as_ref()?.searched_ratio)).collect();
         Self {
             region,
-            searched_ratio: Spread::of(searched),
+            searched_ratio: Quantiles::from_values(searched),
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
@@ -156,8 +157,8 @@ impl RegionScore {
 }
 
 impl KindScore {
-    fn of(kind: Kind, region: f64, outcomes: &[&NegativeOutcome]) -> Self {
-        let count = Count::of(outcomes);
+    fn from_outcomes(kind: NegativeKind, region: f64, outcomes: &[&NegativeOutcome]) -> Self {
+        let count = OutcomeCounts::from_outcomes(outcomes);
         let evidence = outcomes.iter().filter_map(|o| o.log10_false_alarms());
         Self {
             kind,
@@ -174,7 +175,7 @@ impl KindScore {
 /// From 10^-1 down.
 fn calibration(outcomes: &[&NegativeOutcome]) -> Vec<CalibrationStep> {
     let outcomes: Vec<&NegativeOutcome> = outcomes.iter().copied().filter(|o| !o.kind.shows_its_ground()).collect();
-    let trials = Count::of(&outcomes).trials;
+    let trials = OutcomeCounts::from_outcomes(&outcomes).trials;
     let stated: Vec<f64> = outcomes.iter().filter_map(|o| o.log10_false_alarms()).collect();
     (DEEPEST_LOG10..=-1)
         .rev()
@@ -197,10 +198,16 @@ fn calibration(outcomes: &[&NegativeOutcome]) -> Vec<CalibrationStep> {
 pub(crate) mod tests {
     use super::*;
     use crate::trial::fix_score::tests::outcome as fix_outcome;
-    use crate::trial::negatives::NegativeSearch;
+    use crate::trial::negatives::outcome::NegativeSearch;
 
     /// A trial that stated `log10`, was accepted or not, or was skipped.
-    pub(crate) fn outcome(number: usize, kind: Kind, region: f64, log10: Option<f64>, is_fix: bool) -> NegativeOutcome {
+    pub(crate) fn outcome(
+        number: usize,
+        kind: NegativeKind,
+        region: f64,
+        log10: Option<f64>,
+        is_fix: bool,
+    ) -> NegativeOutcome {
         let mut made = fix_outcome(is_fix.then_some([0.0, 0.0]), [[1.0, 0.0], [0.0, 1.0]]);
         match &mut made.answer {
             overfly_flight::locate::Answer::Fix(fix) => fix.log10_false_alarms = log10,
@@ -214,28 +221,28 @@ pub(crate) mod tests {
             region,
             image: "a.png".into(),
             is_heading_known: true,
-            search: (kind != Kind::Elsewhere).then_some(search),
+            search: (kind != NegativeKind::Elsewhere).then_some(search),
         }
     }
 
     #[test]
     fn counts_by_kind_and_region_and_bounds_the_rate() {
         let outcomes = [
-            outcome(0, Kind::Noise, 1.0, None, false),
-            outcome(1, Kind::Noise, 10.0, Some(-2.5), false),
-            outcome(2, Kind::Mirrored, 1.0, Some(-7.0), true),
-            outcome(3, Kind::Elsewhere, 10.0, None, false),
-            outcome(4, Kind::Scaled, 1.0, Some(-50.0), false),
+            outcome(0, NegativeKind::Noise, 1.0, None, false),
+            outcome(1, NegativeKind::Noise, 10.0, Some(-2.5), false),
+            outcome(2, NegativeKind::Mirrored, 1.0, Some(-7.0), true),
+            outcome(3, NegativeKind::Elsewhere, 10.0, None, false),
+            outcome(4, NegativeKind::Scaled, 1.0, Some(-50.0), false),
         ];
-        let score = NegativeScore::of(&outcomes, 2);
+        let score = NegativeScore::from_outcomes(&outcomes, 2);
         assert_eq!((score.trials, score.skipped, score.accepted), (4, 1, 1));
         let kinds: Vec<_> = score.by_kind.iter().map(|k| (k.kind, k.region, k.trials, k.accepted)).collect();
         let expected = [
-            (Kind::Elsewhere, 10.0, 0, 0),
-            (Kind::Mirrored, 1.0, 1, 1),
-            (Kind::Noise, 1.0, 1, 0),
-            (Kind::Noise, 10.0, 1, 0),
-            (Kind::Scaled, 1.0, 1, 0),
+            (NegativeKind::Elsewhere, 10.0, 0, 0),
+            (NegativeKind::Mirrored, 1.0, 1, 1),
+            (NegativeKind::Noise, 1.0, 1, 0),
+            (NegativeKind::Noise, 10.0, 1, 0),
+            (NegativeKind::Scaled, 1.0, 1, 0),
         ];
         assert_eq!(kinds, expected);
         assert_eq!(score.by_region.iter().map(|r| (r.trials, r.skipped)).collect::<Vec<_>>(), [(3, 0), (1, 1)]);

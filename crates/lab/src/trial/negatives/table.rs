@@ -1,66 +1,87 @@
 //! `negatives.csv`: a row per trial, from which others recompute the score.
 
-use super::NegativeOutcome;
-use crate::trial::TrialError;
-use crate::trial::fix_table::{quoted, write_table};
-use overfly_flight::locate::Answer;
+use super::outcome::NegativeOutcome;
+use crate::trial::csv_file::{Decimals, Shortest, write_csv};
+use crate::trial::error::TrialError;
+use overfly_flight::locate::{Answer, Reason};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-const HEADER: &str = "trial,kind,region,image,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,score,log10_false_alarms,elapsed_ms";
-
-/// Writes `negatives.csv` into a folder (made where absent) and returns its path. A trial that was skipped has the
-/// status `skipped`.
-///
-/// # Errors
-/// Where the folder or file cannot be written.
-pub fn write_negatives(folder: &Path, outcomes: &[NegativeOutcome]) -> Result<PathBuf, TrialError> {
-    write_table(folder, "negatives.csv", &to_csv(outcomes))
+/// A row of `negatives.csv`.
+#[derive(Serialize, Default)]
+struct NegativeRow<'a> {
+    trial: usize,
+    kind: &'static str,
+    region: Shortest,
+    image: &'a str,
+    heading_known: bool,
+    prior_latitude_deg: Option<Decimals<9>>,
+    prior_longitude_deg: Option<Decimals<9>>,
+    searched_ratio: Option<Decimals<4>>,
+    status: &'static str,
+    reason: Option<Reason>,
+    score: Option<Decimals<4>>,
+    log10_false_alarms: Option<Decimals<4>>,
+    elapsed_ms: Option<Decimals<3>>,
 }
 
-fn to_csv(outcomes: &[NegativeOutcome]) -> String {
-    let mut text = format!("{HEADER}\n");
-    for o in outcomes {
-        let begun = format!("{},{},{},{},{}", o.number, o.kind.word(), o.region, quoted(&o.image), o.is_heading_known);
-        let rest = o.search.as_ref().map_or(",,,skipped,,,,".into(), |s| {
-            let (status, reason, score) = match &s.answer {
-                Answer::Fix(fix) => ("fix", String::new(), Some(fix.score)),
-                Answer::NoFix(no_fix) => {
-                    let reason = serde_json::to_value(no_fix.reason).expect("a word");
-                    ("no_fix", reason.as_str().expect("a word").to_owned(), no_fix.score)
-                }
-            };
-            let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.4}"));
-            format!(
-                "{:.9},{:.9},{:.4},{status},{reason},{},{},{:.3}",
-                s.prior.latitude_deg(),
-                s.prior.longitude_deg(),
-                s.searched_ratio,
-                number(score),
-                number(o.log10_false_alarms()),
-                s.elapsed_ms
-            )
-        });
-        text.push_str(&format!("{begun},{rest}\n"));
+impl<'a> NegativeRow<'a> {
+    fn new(o: &'a NegativeOutcome) -> Self {
+        let skipped = Self {
+            trial: o.number,
+            kind: o.kind.word(),
+            region: Shortest(o.region),
+            image: &o.image,
+            heading_known: o.is_heading_known,
+            status: "skipped",
+            ..Self::default()
+        };
+        let Some(search) = &o.search else { return skipped };
+        let (status, reason, score) = match &search.answer {
+            Answer::Fix(fix) => ("fix", None, Some(fix.score)),
+            Answer::NoFix(no_fix) => ("no_fix", Some(no_fix.reason), no_fix.score),
+        };
+        Self {
+            prior_latitude_deg: Some(Decimals(search.prior.latitude_deg())),
+            prior_longitude_deg: Some(Decimals(search.prior.longitude_deg())),
+            searched_ratio: Some(Decimals(search.searched_ratio)),
+            status,
+            reason,
+            score: score.map(Decimals),
+            log10_false_alarms: o.log10_false_alarms().map(Decimals),
+            elapsed_ms: Some(Decimals(search.elapsed_ms)),
+            ..skipped
+        }
     }
-    text
+}
+
+/// Writes `negatives.csv` into a folder, which is made if absent, and returns the path of the file. A trial that was skipped has
+/// the status `skipped`.
+///
+/// # Errors
+/// [`TrialError::Unwritable`].
+pub fn write_negatives(folder: &Path, outcomes: &[NegativeOutcome]) -> Result<PathBuf, TrialError> {
+    write_csv(folder, "negatives.csv", outcomes.iter().map(NegativeRow::new))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Kind;
+    use super::super::kind::NegativeKind;
     use super::super::score::tests::outcome;
     use super::*;
+    use crate::trial::csv_file::csv_text;
 
     #[test]
     fn every_row_has_every_column() {
         let outcomes = [
-            outcome(0, Kind::Noise, 1.0, Some(-2.5), false),
-            outcome(1, Kind::Noise, 10.0, Some(-8.0), true),
-            outcome(2, Kind::Elsewhere, 100.0, None, false),
+            outcome(0, NegativeKind::Noise, 1.0, Some(-2.5), false),
+            outcome(1, NegativeKind::Noise, 10.0, Some(-8.0), true),
+            outcome(2, NegativeKind::Elsewhere, 100.0, None, false),
         ];
-        let csv = to_csv(&outcomes);
+        let csv = csv_text(outcomes.iter().map(NegativeRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        assert!(lines.iter().all(|l| l.split(',').count() == HEADER.split(',').count()), "{csv}");
+        let header = "trial,kind,region,image,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,score,log10_false_alarms,elapsed_ms";
+        assert_eq!(lines[0], header);
         assert_eq!(lines[1], "0,noise,1,a.png,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,-2.5000,30.000");
         assert_eq!(lines[3], "2,elsewhere,100,a.png,true,,,,skipped,,,,");
     }

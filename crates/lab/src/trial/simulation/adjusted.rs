@@ -2,7 +2,7 @@
 //! regions that grow over failures.
 
 use super::drift::chance_within_region;
-use super::prediction::{Plan, chance_of_any};
+use super::prediction::{MissionPlan, chance_of_any};
 use super::scenario::{AfterFailure, FailureLaw, Scenario, whole_intervals};
 use overfly_core::coupling::Mode;
 use overfly_core::coupling::{Combined, CouplingError, mean_tile_count, nominal_count_sequential, region_edges_m};
@@ -47,7 +47,12 @@ impl Adjusted {
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
-    pub fn of(mode: Mode, scenario: &Scenario, plan: Plan, tile_m: Option<f64>) -> Result<Option<Self>, CouplingError> {
+    pub fn new(
+        mode: Mode,
+        scenario: &Scenario,
+        plan: MissionPlan,
+        tile_m: Option<f64>,
+    ) -> Result<Option<Self>, CouplingError> {
         match mode {
             Mode::Sequential => sequential(scenario, plan, tile_m),
             Mode::Parallel => settled(scenario, plan, |elapsed_s| {
@@ -68,7 +73,7 @@ impl Adjusted {
 }
 
 /// By renewal: from fix to fix, with as many failures between as come.
-fn sequential(scenario: &Scenario, plan: Plan, tile_m: Option<f64>) -> Result<Option<Adjusted>, CouplingError> {
+fn sequential(scenario: &Scenario, plan: MissionPlan, tile_m: Option<f64>) -> Result<Option<Adjusted>, CouplingError> {
     let failures = &scenario.failures;
     let first = cycle(scenario, plan.relative_count, plan.relative_count, tile_m)?;
     let carries = failures.after != AfterFailure::Afresh;
@@ -104,7 +109,7 @@ fn sequential(scenario: &Scenario, plan: Plan, tile_m: Option<f64>) -> Result<Op
 }
 
 /// From what comes between two fixes on the mean: searches, failures, seconds.
-fn adjusted(first: &Cycle, plan: Plan, [searches, failed, elapsed_s]: [f64; 3], flights_lost: f64) -> Adjusted {
+fn adjusted(first: &Cycle, plan: MissionPlan, [searches, failed, elapsed_s]: [f64; 3], flights_lost: f64) -> Adjusted {
     Adjusted {
         nominal_count: first.nominal_count,
         execution_s: first.execution_s,
@@ -141,7 +146,7 @@ fn drawn_probability(scenario: &Scenario, nominal_count: f64) -> f64 {
 /// One search after another, each over what opened during the one before; `look` says 𝒩 and the chance that the image lies there.
 fn settled(
     scenario: &Scenario,
-    plan: Plan,
+    plan: MissionPlan,
     look: impl Fn(f64) -> Result<(f64, f64), CouplingError>,
 ) -> Result<Option<Adjusted>, CouplingError> {
     let (execution, interval_s) = (&scenario.execution, scenario.aircraft.image_interval_s);

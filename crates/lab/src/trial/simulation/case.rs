@@ -1,8 +1,8 @@
-//! `Case`: a scenario in one mode, ready to be flown.
+//! `ScenarioCase`: a scenario in one mode, ready to be flown.
 
 use super::adjusted::Adjusted;
-use super::ground::Ground;
-use super::prediction::{Plan, Prediction, plan};
+use super::map::SimulatedMap;
+use super::prediction::{MissionPlan, Prediction, plan};
 use super::scenario::{AfterFailure, DrawnDrift, FailureLaw, Scenario, whole_intervals};
 use overfly_core::coupling::DriftGrowth;
 use overfly_core::coupling::Mode;
@@ -17,7 +17,7 @@ const MOST_OUTLINES: f64 = 1e5;
 const MOST_IMAGES: f64 = 3e8;
 
 /// A scenario in one mode.
-pub struct Case<'a> {
+pub struct ScenarioCase<'a> {
     /// Name of the scenario.
     pub name: &'a str,
     /// The mode.
@@ -25,9 +25,9 @@ pub struct Case<'a> {
     /// Its numbers.
     pub scenario: &'a Scenario,
     /// Mission and n.
-    pub plan: Plan,
+    pub plan: MissionPlan,
     /// What is searched.
-    pub ground: &'a Ground,
+    pub map: &'a SimulatedMap,
     /// What the models say.
     pub prediction: Prediction,
     /// What they would say with what they leave out.
@@ -47,7 +47,7 @@ pub enum Draws {
     Track,
 }
 
-impl<'a> Case<'a> {
+impl<'a> ScenarioCase<'a> {
     /// Reckons what is needed before a flight.
     ///
     /// # Errors
@@ -56,17 +56,17 @@ impl<'a> Case<'a> {
         name: &'a str,
         scenario: &'a Scenario,
         mode: Mode,
-        ground: &'a Ground,
+        map: &'a SimulatedMap,
         number: u64,
     ) -> Result<Self, String> {
         let plan = plan(scenario)?;
-        let tile_m = match ground {
-            Ground::Endless => None,
-            Ground::Stored(stored) => Some(stored.tile_m),
+        let tile_m = match map {
+            SimulatedMap::Endless => None,
+            SimulatedMap::Stored(stored) => Some(stored.tile_m),
         };
-        let prediction = Prediction::of(mode, scenario, plan).map_err(|e| e.to_string())?;
-        let adjusted = Adjusted::of(mode, scenario, plan, tile_m).map_err(|e| e.to_string())?;
-        let case = Self { name, mode, scenario, plan, ground, prediction, adjusted, number };
+        let prediction = Prediction::new(mode, scenario, plan).map_err(|e| e.to_string())?;
+        let adjusted = Adjusted::new(mode, scenario, plan, tile_m).map_err(|e| e.to_string())?;
+        let case = Self { name, mode, scenario, plan, map, prediction, adjusted, number };
         case.bound_work()?;
         Ok(case)
     }
@@ -75,9 +75,9 @@ impl<'a> Case<'a> {
         let (scenario, mission_s) = (self.scenario, self.plan.mission_s);
         // The least that a search reads: its image, or, off the map, one tile.
         let image_m2 = scenario.aircraft.across_m * scenario.aircraft.along_m;
-        let least_images = match self.ground {
-            Ground::Endless => 1.0,
-            Ground::Stored(ground) => (ground.tile_m * ground.tile_m / image_m2).min(1.0),
+        let least_images = match self.map {
+            SimulatedMap::Endless => 1.0,
+            SimulatedMap::Stored(map) => (map.tile_m * map.tile_m / image_m2).min(1.0),
         };
         let search_s = scenario.execution.constant_s + scenario.execution.seconds_per_tile * least_images;
         let shortest_s = whole_intervals(search_s, scenario.aircraft.image_interval_s).max(search_s);
@@ -88,10 +88,10 @@ impl<'a> Case<'a> {
         };
         let registrations =
             f64::from(scenario.runs) * mission_s / (shortest_s + least_count as f64 * scenario.step_s());
-        let most = match (self.ground, self.mode) {
-            (Ground::Endless, _) => MOST_REGISTRATIONS,
-            (Ground::Stored(_), Mode::Combined) => MOST_OUTLINES,
-            (Ground::Stored(_), _) => MOST_STORED,
+        let most = match (self.map, self.mode) {
+            (SimulatedMap::Endless, _) => MOST_REGISTRATIONS,
+            (SimulatedMap::Stored(_), Mode::Combined) => MOST_OUTLINES,
+            (SimulatedMap::Stored(_), _) => MOST_STORED,
         };
         if registrations > most && self.mode != Mode::RelativeOnly {
             return Err(format!("runs: {registrations:.1e} absolute registrations may come, of at most {most:.0e}"));

@@ -1,6 +1,6 @@
-//! `Comparison`: one predicted figure, what was simulated, and where that must lie if the prediction is true.
+//! `BandComparison`: one predicted figure, what was simulated, and where that must lie if the prediction is true.
 
-use super::band::{count_band, nees_band};
+use crate::trial::bands::{count_band, nees_band};
 use serde::Serialize;
 
 /// The confidence of all comparisons of a command together.
@@ -10,7 +10,7 @@ const EXACTLY: f64 = 1e-6;
 
 /// One predicted figure and what was simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct BandComparison {
     /// Which figure.
     pub what: &'static str,
     /// As predicted.
@@ -29,12 +29,12 @@ pub struct Claim {
     pub what: &'static str,
     pub predicted: f64,
     pub simulated: f64,
-    pub kind: Kind,
+    pub kind: ClaimKind,
 }
 
 /// How a figure scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum ClaimKind {
     /// A count of at most `trials` independent events, over `per`.
     Count { trials: u64, per: f64 },
     /// The mean of so many chi-square numbers of two degrees.
@@ -45,21 +45,21 @@ pub enum Kind {
 
 impl Claim {
     /// The comparison at a confidence.
-    pub fn judged(&self, confidence: f64) -> Comparison {
+    pub fn judged(&self, confidence: f64) -> BandComparison {
         let band = match self.kind {
-            Kind::Count { trials, per } => {
+            ClaimKind::Count { trials, per } => {
                 let rate = self.predicted * per / trials as f64;
                 count_band(trials, rate, confidence).map(|count| count as f64 / per)
             }
-            Kind::Nees { count } => nees_band(count, confidence),
-            Kind::Exact => {
+            ClaimKind::Nees { count } => nees_band(count, confidence),
+            ClaimKind::Exact => {
                 let slack = EXACTLY * self.predicted.abs();
                 [self.predicted - slack, self.predicted + slack]
             }
         };
         // Written as it is so that no number at all is outside.
         let inside = self.simulated >= band[0] && self.simulated <= band[1];
-        Comparison { what: self.what, predicted: self.predicted, simulated: self.simulated, band, inside }
+        BandComparison { what: self.what, predicted: self.predicted, simulated: self.simulated, band, inside }
     }
 }
 
@@ -95,7 +95,7 @@ mod tests {
             what: "failures",
             predicted,
             simulated,
-            kind: Kind::Count { trials: 40_000, per: 1000.0 },
+            kind: ClaimKind::Count { trials: 40_000, per: 1000.0 },
         };
         let judged = claim(2.0, 2.05).judged(0.95);
         assert!(judged.inside && (1.9..1.93).contains(&judged.band[0]), "{judged:?}");
@@ -103,7 +103,7 @@ mod tests {
             assert!(!claim(predicted, 2.05).judged(confidence_each(100)).inside);
         }
         assert!(!claim(2.0, f64::NAN).judged(0.95).inside);
-        let exact = Claim { kind: Kind::Exact, ..claim(3.0, 3.0 + 1e-9) };
+        let exact = Claim { kind: ClaimKind::Exact, ..claim(3.0, 3.0 + 1e-9) };
         assert!(exact.judged(0.95).inside && !Claim { simulated: 3.1, ..exact }.judged(0.95).inside);
     }
 }

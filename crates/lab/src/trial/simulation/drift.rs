@@ -1,14 +1,14 @@
-//! `Drift`: by how much a simulated position is wrong, and how likely that lies within what the search takes it to be.
+//! `SimulatedDrift`: by how much a simulated position is wrong, and how likely that lies within what the search takes it to be.
 
-use super::band::chance_below;
 use super::scenario::{DrawnDrift, ErrorModel};
+use crate::trial::bands::chance_below;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// What is wrong with a position along and across the heading, metres: the last fix's error, and drift since.
 #[derive(Debug, Clone)]
-pub struct Drift {
+pub struct SimulatedDrift {
     fix_m: [f64; 2],
     /// Of each registration, where all drift alike.
     each_m: [f64; 2],
@@ -16,7 +16,7 @@ pub struct Drift {
     count: f64,
 }
 
-impl Drift {
+impl SimulatedDrift {
     /// Right after a fix.
     pub fn after_fix(errors: &ErrorModel, rng: &mut ChaCha8Rng) -> Self {
         let mut even = |half_m: f64| [(); 2].map(|()| half_m * (2.0 * rng.random::<f64>() - 1.0));
@@ -108,7 +108,7 @@ mod tests {
         let (mut inside, trials) = (0, 20_000);
         for seed in 0..trials {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let mut drift = Drift::after_fix(errors, &mut rng);
+            let mut drift = SimulatedDrift::after_fix(errors, &mut rng);
             for part in [0.25, 0.75] {
                 drift.grow(errors, part * count, &mut rng);
             }

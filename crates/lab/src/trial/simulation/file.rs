@@ -1,7 +1,7 @@
 //! `sim.toml`: a scenario, and variations of it.
 
 use super::scenario::Scenario;
-use crate::trial::TrialError;
+use crate::trial::error::TrialError;
 use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};

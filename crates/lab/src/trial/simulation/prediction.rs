@@ -48,7 +48,7 @@ pub struct Prediction {
 
 /// A mode's numbers that a flight needs as well.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
+pub struct MissionPlan {
     /// T0, seconds.
     pub mission_s: f64,
     /// n of the sequential mode.
@@ -59,7 +59,7 @@ pub struct Plan {
 ///
 /// # Errors
 /// What must be stated because the model does not say it.
-pub fn plan(scenario: &Scenario) -> Result<Plan, String> {
+pub fn plan(scenario: &Scenario) -> Result<MissionPlan, String> {
     let mode = Sequential::new(scenario.parameters()).map_err(|e| e.to_string())?;
     let relative_count = match scenario.sequential.relative_count {
         Some(count) => count,
@@ -78,7 +78,7 @@ pub fn plan(scenario: &Scenario) -> Result<Plan, String> {
             Err(e) => return Err(format!("mission_s: state it, for {e}")),
         },
     };
-    Ok(Plan { mission_s, relative_count })
+    Ok(MissionPlan { mission_s, relative_count })
 }
 
 impl Prediction {
@@ -86,7 +86,7 @@ impl Prediction {
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`]. That a mode does not work is said by what is absent.
-    pub fn of(mode: Mode, scenario: &Scenario, plan: Plan) -> Result<Self, CouplingError> {
+    pub fn new(mode: Mode, scenario: &Scenario, plan: MissionPlan) -> Result<Self, CouplingError> {
         let parameters = scenario.parameters();
         match mode {
             Mode::Sequential => Self::sequential(scenario, parameters, plan),
@@ -102,7 +102,11 @@ impl Prediction {
         }
     }
 
-    fn sequential(scenario: &Scenario, parameters: CouplingParameters, plan: Plan) -> Result<Self, CouplingError> {
+    fn sequential(
+        scenario: &Scenario,
+        parameters: CouplingParameters,
+        plan: MissionPlan,
+    ) -> Result<Self, CouplingError> {
         let printed = Sequential::new(parameters)?;
         let count = plan.relative_count as f64;
         let nominal_count = printed.nominal_count(count)?;
@@ -135,7 +139,7 @@ impl Prediction {
 
     fn settled(
         scenario: &Scenario,
-        plan: Plan,
+        plan: MissionPlan,
         sequence: ExecutionSequence,
         nominal_count: impl Fn(f64) -> Result<f64, CouplingError>,
     ) -> Result<Self, CouplingError> {

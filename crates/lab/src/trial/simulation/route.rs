@@ -1,4 +1,4 @@
-//! `Route`: where a simulated aircraft truly is: from waypoint to waypoint, turning no tighter than it can.
+//! `SimulatedRoute`: where a simulated aircraft truly is: from waypoint to waypoint, turning no tighter than it can.
 
 use overfly_core::geodesy::{Enu, GeodesyError, Geodetic, LocalFrame};
 use rand::Rng;
@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 /// A true place and heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pose {
+pub struct TruePose {
     /// Straight below the camera.
     pub position: Geodetic,
     /// Radians clockwise from true north.
@@ -17,7 +17,7 @@ pub struct Pose {
     pub plane_heading_rad: f64,
 }
 
-impl Pose {
+impl TruePose {
     /// An offset to the right and ahead as one to east and north.
     pub fn enu(&self, right_m: f64, ahead_m: f64) -> Enu {
         let (sin, cos) = self.heading_rad.sin_cos();
@@ -27,7 +27,7 @@ impl Pose {
 
 /// A flight's true way, in the plane tangent at the middle of a box.
 #[derive(Debug, Clone)]
-pub struct Route {
+pub struct SimulatedRoute {
     frame: LocalFrame,
     half_extent_m: [f64; 2],
     radius_m: f64,
@@ -42,7 +42,7 @@ const PIECE: f64 = 0.05;
 /// A waypoint counts as reached within so many turn radii, for one inside the turn is never reached.
 const REACHED: f64 = 2.5;
 
-impl Route {
+impl SimulatedRoute {
     /// From a place and heading drawn in a box about the frame's origin, with waypoints drawn in it.
     pub fn new(frame: LocalFrame, half_extent_m: [f64; 2], radius_m: f64, mut rng: ChaCha8Rng) -> Self {
         let at_m = drawn(half_extent_m, &mut rng);
@@ -73,10 +73,10 @@ impl Route {
     ///
     /// # Errors
     /// Beyond the frame's horizon, where no route leads.
-    pub fn pose(&self) -> Result<Pose, GeodesyError> {
+    pub fn pose(&self) -> Result<TruePose, GeodesyError> {
         let [east_m, north_m] = self.at_m;
         let position = self.frame.geodetic_from_enu(Enu { east_m, north_m })?;
-        Ok(Pose {
+        Ok(TruePose {
             position,
             heading_rad: (self.heading_rad - self.north_rad(position)).rem_euclid(TAU),
             plane_heading_rad: self.heading_rad,
@@ -102,9 +102,9 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
 
-    fn route(radius_m: f64) -> Route {
+    fn route(radius_m: f64) -> SimulatedRoute {
         let frame = LocalFrame::at(Geodetic::from_degrees(47.0, 10.0).unwrap());
-        Route::new(frame, [20_000.0, 10_000.0], radius_m, ChaCha8Rng::seed_from_u64(3))
+        SimulatedRoute::new(frame, [20_000.0, 10_000.0], radius_m, ChaCha8Rng::seed_from_u64(3))
     }
 
     #[test]

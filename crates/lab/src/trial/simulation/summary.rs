@@ -1,17 +1,19 @@
-//! `Summary`: what the flights of a scenario came to, beside what was predicted.
+//! `SimulationSummary`: what the flights of a scenario came to, beside what was predicted.
 
-use super::comparison::{CONFIDENCE, Claim, Comparison, Family, Kind, confidence_each};
+use super::adjusted::Adjusted;
+use super::comparison::{BandComparison, CONFIDENCE, Claim, ClaimKind, Family, confidence_each};
+use super::flight_tally::{CHECKPOINTS, FlightTally, TrackTally};
+use super::prediction::Prediction;
 use super::prediction::RISK;
 use super::scenario::{AfterFailure, FailureLaw};
-use super::tally::{CHECKPOINTS, Tally, TrackTally};
-use super::{Adjusted, Flown, Prediction};
-use crate::trial::Spread;
+use super::simulated_flights::SimulatedFlights;
+use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
 use serde::Serialize;
 
 /// A scenario in a mode, predicted and simulated, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub struct SimulationSummary {
     /// `base`, or the variation's name.
     pub variation: String,
     /// The mode.
@@ -33,7 +35,7 @@ pub struct Summary {
     /// What became of the estimates.
     pub covariance: Option<CovarianceScore>,
     /// Predicted against simulated.
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<BandComparison>,
 }
 
 /// What happened. Counts are means over the flights where no other unit is said.
@@ -87,20 +89,20 @@ pub struct CovarianceScore {
     /// Mean of e^T C^-1 e at those images: 2 where covariances are true.
     pub nees_mean: f64,
     /// Error at those images, metres.
-    pub position_error_m: Option<Spread>,
+    pub position_error_m: Option<Quantiles>,
     /// Coverage at even moments of the mission, over the flights; absent where no image was taken after.
     pub coverage_over_time: Vec<Option<f64>>,
 }
 
 /// Summaries of all that was flown, and how many of their comparisons hold.
-pub fn summarize(flown: &[Flown]) -> (Vec<Summary>, Family) {
+pub fn summarize(flown: &[SimulatedFlights]) -> (Vec<SimulationSummary>, Family) {
     let claims: Vec<Vec<Claim>> = flown.iter().map(claims).collect();
     let count = claims.iter().map(Vec::len).sum();
     let each = confidence_each(count);
-    let summaries: Vec<Summary> = flown
+    let summaries: Vec<SimulationSummary> = flown
         .iter()
         .zip(claims)
-        .map(|(flown, claims)| Summary {
+        .map(|(flown, claims)| SimulationSummary {
             variation: flown.variation.clone(),
             mode: flown.mode,
             runs: flown.scenario.runs,
@@ -109,8 +111,8 @@ pub fn summarize(flown: &[Flown]) -> (Vec<Summary>, Family) {
             departures: flown.departures.clone(),
             predicted: flown.prediction.clone(),
             adjusted: flown.adjusted,
-            simulated: Simulated::of(&flown.tallies, flown.plan.mission_s),
-            covariance: CovarianceScore::of(&flown.tallies),
+            simulated: Simulated::from_tallies(&flown.tallies, flown.plan.mission_s),
+            covariance: CovarianceScore::from_tallies(&flown.tallies),
             comparisons: claims.iter().map(|claim| claim.judged(each)).collect(),
         })
         .collect();
@@ -126,15 +128,15 @@ pub fn summarize(flown: &[Flown]) -> (Vec<Summary>, Family) {
 }
 
 /// What is claimed of the flights of a scenario.
-fn claims(flown: &Flown) -> Vec<Claim> {
+fn claims(flown: &SimulatedFlights) -> Vec<Claim> {
     let (predicted, scenario, runs) = (&flown.prediction, &flown.scenario, flown.tallies.len() as f64);
-    let simulated = Simulated::of(&flown.tallies, flown.plan.mission_s);
+    let simulated = Simulated::from_tallies(&flown.tallies, flown.plan.mission_s);
     let mut claims = Vec::new();
     // A flight has N registrations, rounded up or down.
     let trials = |n: f64| runs as u64 * (n - 1e-9).ceil().max(1.0) as u64;
     let mut failures = |what, count: Option<f64>, mean: Option<f64>| {
         if let (Some(n), Some(mean)) = (count, mean) {
-            let kind = Kind::Count { trials: trials(n).max((mean * runs).ceil() as u64), per: runs };
+            let kind = ClaimKind::Count { trials: trials(n).max((mean * runs).ceil() as u64), per: runs };
             claims.push(Claim { what, predicted: mean, simulated: simulated.failures, kind });
         }
     };
@@ -147,21 +149,21 @@ fn claims(flown: &Flown) -> Vec<Claim> {
         failures("failures_adjusted", Some(adjusted.absolute_count), mean);
     }
     if let Some(chance) = predicted.chance_of_failure {
-        let kind = Kind::Count { trials: runs as u64, per: runs };
+        let kind = ClaimKind::Count { trials: runs as u64, per: runs };
         let simulated = simulated.flights_with_failure;
         claims.push(Claim { what: "flights_with_failure", predicted: chance, simulated, kind });
     }
     claims.extend(settling_claims(flown, &simulated));
-    claims.extend(CovarianceScore::of(&flown.tallies).iter().flat_map(covariance_claims));
+    claims.extend(CovarianceScore::from_tallies(&flown.tallies).iter().flat_map(covariance_claims));
     claims
 }
 
 /// Where nothing is drawn that bears on it, searches must settle as predicted, at what is predicted.
-fn settling_claims(flown: &Flown, simulated: &Simulated) -> Vec<Claim> {
+fn settling_claims(flown: &SimulatedFlights, simulated: &Simulated) -> Vec<Claim> {
     let failures = &flown.scenario.failures;
     let is_undisturbed = failures.after == AfterFailure::Afresh || failures.law == FailureLaw::Overlap;
     let Some(settles) = flown.prediction.settles.filter(|_| is_undisturbed) else { return Vec::new() };
-    let kind = Kind::Exact;
+    let kind = ClaimKind::Exact;
     let lost = if settles { 0.0 } else { 1.0 };
     let mut claims = vec![Claim { what: "flights_lost", predicted: lost, simulated: simulated.flights_lost, kind }];
     if let (Some(predicted), Some(simulated)) = (flown.prediction.execution_s, simulated.last_execution_s) {
@@ -177,16 +179,16 @@ fn covariance_claims(score: &CovarianceScore) -> [Claim; 2] {
             what: "ellipse95_coverage",
             predicted: 0.95,
             simulated: score.ellipse95_coverage_sampled,
-            kind: Kind::Count { trials: count, per: count as f64 },
+            kind: ClaimKind::Count { trials: count, per: count as f64 },
         },
-        Claim { what: "nees_mean", predicted: 2.0, simulated: score.nees_mean, kind: Kind::Nees { count } },
+        Claim { what: "nees_mean", predicted: 2.0, simulated: score.nees_mean, kind: ClaimKind::Nees { count } },
     ]
 }
 
 impl Simulated {
-    fn of(tallies: &[Tally], mission_s: f64) -> Self {
+    fn from_tallies(tallies: &[FlightTally], mission_s: f64) -> Self {
         let runs = tallies.len() as f64;
-        let total = |of: fn(&Tally) -> u64| tallies.iter().map(of).sum::<u64>();
+        let total = |of: fn(&FlightTally) -> u64| tallies.iter().map(of).sum::<u64>();
         let (count, failures) = (total(|t| t.absolute_count), total(|t| t.failures));
         let ratio = |part: f64, whole: f64| (whole > 0.0).then(|| part / whole);
         let mean = failures as f64 / runs;
@@ -217,7 +219,7 @@ impl Simulated {
 }
 
 /// The time within which a share of [`RISK`] of the flights had a failure.
-fn first_share_s(tallies: &[Tally]) -> Option<f64> {
+fn first_share_s(tallies: &[FlightTally]) -> Option<f64> {
     let mut firsts: Vec<f64> = tallies.iter().filter_map(|t| t.first_failure_s).collect();
     firsts.sort_by(f64::total_cmp);
     firsts.get((RISK * tallies.len() as f64).ceil().max(1.0) as usize - 1).copied()
@@ -225,7 +227,7 @@ fn first_share_s(tallies: &[Tally]) -> Option<f64> {
 
 impl CovarianceScore {
     /// Of the flights that had an estimate; `None` of none.
-    fn of(tallies: &[Tally]) -> Option<Self> {
+    fn from_tallies(tallies: &[FlightTally]) -> Option<Self> {
         let tracks: Vec<&TrackTally> = tallies.iter().filter_map(|t| t.track.as_deref()).collect();
         let nees: Vec<f64> = tracks.iter().filter_map(|t| t.nees).collect();
         let images: u64 = tracks.iter().map(|t| t.images).sum();
@@ -244,7 +246,7 @@ impl CovarianceScore {
             ellipse95_coverage_sampled: nees.iter().filter(|n| TrackTally::holds(**n)).count() as f64
                 / nees.len() as f64,
             nees_mean: nees.iter().sum::<f64>() / nees.len() as f64,
-            position_error_m: Spread::of(tracks.iter().filter_map(|t| t.error_m).collect()),
+            position_error_m: Quantiles::from_values(tracks.iter().filter_map(|t| t.error_m).collect()),
             coverage_over_time: over_time.collect(),
         })
     }

@@ -1,10 +1,10 @@
-//! `Track`: `navigate::NavigationFilter` on a simulated flight, and whether its covariance is true.
+//! `FilterTrack`: `navigate::NavigationFilter` on a simulated flight, and whether its covariance is true.
 //!
 //! The filter and its updates are the ones that navigate real flights; sensor readings, odometry and fixes are drawn.
 
-use super::route::Pose;
+use super::flight_tally::{CHECKPOINTS, TrackTally};
+use super::route::TruePose;
 use super::scenario::{CovarianceModel, DrawnDrift, ErrorModel, Scenario};
-use super::tally::{CHECKPOINTS, TrackTally};
 use crate::trial::ellipse::nees;
 use nalgebra::Matrix2;
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
@@ -16,13 +16,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// A filter and the truth beside it.
-pub struct Track<'a> {
+pub struct FilterTrack<'a> {
     model: &'a CovarianceModel,
     errors: &'a ErrorModel,
     sensors: SensorSigmas,
     rng: ChaCha8Rng,
     filter: NavigationFilter,
-    pose: Pose,
+    pose: TruePose,
     /// What compass and altimeter are wrong by throughout.
     offsets: [f64; 2],
     /// What all fixes are wrong by, metres.
@@ -36,7 +36,7 @@ pub struct Track<'a> {
     tally: TrackTally,
 }
 
-impl<'a> Track<'a> {
+impl<'a> FilterTrack<'a> {
     /// At the first image.
     ///
     /// # Errors
@@ -44,7 +44,7 @@ impl<'a> Track<'a> {
     pub fn start(
         model: &'a CovarianceModel,
         scenario: &'a Scenario,
-        pose: Pose,
+        pose: TruePose,
         mission_s: f64,
         mut rng: ChaCha8Rng,
     ) -> Result<Self, FilterError> {
@@ -84,8 +84,8 @@ impl<'a> Track<'a> {
     /// The next image, registered against the last.
     ///
     /// # Errors
-    /// As [`Track::start`].
-    pub fn step(&mut self, pose: Pose, time_s: f64) -> Result<(), FilterError> {
+    /// As [`FilterTrack::start`].
+    pub fn step(&mut self, pose: TruePose, time_s: f64) -> Result<(), FilterError> {
         let (step, height_m) = (self.registered(&pose), self.model.height_m);
         let sigma = self.step_sigma_m() * self.model.stated_ratio / height_m;
         let step = OdometryStep { covariance: Matrix2::identity() * sigma * sigma, ..step };
@@ -101,7 +101,7 @@ impl<'a> Track<'a> {
     }
 
     /// What a relative registration says of the way from the last image to one.
-    fn registered(&mut self, pose: &Pose) -> OdometryStep {
+    fn registered(&mut self, pose: &TruePose) -> OdometryStep {
         let moved = LocalFrame::at(self.pose.position).enu_from_geodetic(pose.position);
         let (sin, cos) = self.pose.heading_rad.sin_cos();
         let moved_m = [moved.east_m * cos - moved.north_m * sin, moved.east_m * sin + moved.north_m * cos];
@@ -138,8 +138,8 @@ impl<'a> Track<'a> {
     /// The search has ended: a fix updates the filter at its own image, and the time updates since are applied again.
     ///
     /// # Errors
-    /// As [`Track::start`].
-    pub fn deliver(&mut self, image: &Pose, is_fix: bool) -> Result<(), FilterError> {
+    /// As [`FilterTrack::start`].
+    pub fn deliver(&mut self, image: &TruePose, is_fix: bool) -> Result<(), FilterError> {
         let Some((mut updated, since)) = self.pending.take().filter(|_| is_fix) else { return Ok(()) };
         let scale = self.model.fix_scale_ratio * normal(&mut self.rng);
         let fix = self.fix(image, self.model.height_m.ln() + scale)?;
@@ -150,7 +150,7 @@ impl<'a> Track<'a> {
         Ok(())
     }
 
-    fn fix(&mut self, image: &Pose, log_height: f64) -> Result<FixMeasurement, FilterError> {
+    fn fix(&mut self, image: &TruePose, log_height: f64) -> Result<FixMeasurement, FilterError> {
         let own_m = self.model.fix_sigma_m * (1.0 - self.model.fix_common_share).sqrt();
         let [east_m, north_m] = self.map_error_m.map(|map_m| map_m + own_m * normal(&mut self.rng));
         let at = LocalFrame::at(image.position).geodetic_from_enu(Enu { east_m, north_m })?;
@@ -193,7 +193,7 @@ impl<'a> Track<'a> {
 fn reading(
     model: &CovarianceModel,
     sensors: &SensorSigmas,
-    pose: &Pose,
+    pose: &TruePose,
     offsets: [f64; 2],
     rng: &mut ChaCha8Rng,
 ) -> SensorReading {

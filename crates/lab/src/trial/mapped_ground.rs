@@ -1,4 +1,5 @@
-//! `MappedGround`: where a layer has imagery, in coarse cells; where a search is sent, and how much map it meets.
+//! `MappedGround`: where a layer has imagery, in coarse cells, to draw search centres and to measure the searched
+//! area.
 
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_core::tile::{TILE_SIZE_PX, WorldPixel, gsd_at};
@@ -8,19 +9,19 @@ use rand_chacha::ChaCha8Rng;
 
 /// Edge of a cell, pixels of the layer's coarsest level.
 const CELL_PX: usize = 8;
-/// Draws before a wanted place counts as not to be had.
+/// Draws until a place counts as impossible.
 const DRAWS: usize = 200;
 
 /// The cells of a layer that hold imagery.
 pub struct MappedGround {
     zoom: u8,
-    /// Column and row in the world's cells, and share of valid pixels; by column and row.
+    /// Column and row in the world's grid of cells, and share of valid pixels; sorted by column and row.
     cells: Vec<(i64, i64, f64)>,
 }
 
 impl MappedGround {
-    /// Read from the layer's coarsest level.
-    pub fn of(store: &Reader, layer: &Layer) -> Result<Self, StoreError> {
+    /// Reads the coarsest level of a layer.
+    pub fn read(store: &Reader, layer: &Layer) -> Result<Self, StoreError> {
         let per_tile = TILE_SIZE_PX as usize / CELL_PX;
         let mut cells = Vec::new();
         for footprint in store.footprints(layer, layer.min_zoom)? {
@@ -40,7 +41,7 @@ impl MappedGround {
         Ok(Self { zoom: layer.min_zoom, cells })
     }
 
-    /// The cell nearest to the middle of all; `None` of a layer without imagery.
+    /// The cell nearest to the centre of all; `None` for a layer without imagery.
     pub fn middle(&self) -> Option<Geodetic> {
         let n = self.cells.len().max(1) as f64;
         let mean = |of: fn(&(i64, i64, f64)) -> i64| self.cells.iter().map(|c| of(c) as f64).sum::<f64>() / n;
@@ -51,7 +52,8 @@ impl MappedGround {
         at.to_geodetic(self.zoom).ok()
     }
 
-    /// Up to `half_width_m` per axis from a place of the layer, over imagery: the square around it holds the place.
+    /// Draws a point over imagery, up to `half_width_m` on each axis from a place of the layer. The square around the
+    /// point contains the place.
     pub fn displaced(&self, place: Geodetic, half_width_m: f64, rng: &mut ChaCha8Rng) -> Geodetic {
         let frame = LocalFrame::at(place);
         let mut draw = || {
@@ -62,7 +64,7 @@ impl MappedGround {
         (0..DRAWS).find_map(|_| draw()).unwrap_or(place)
     }
 
-    /// Over imagery, more than `apart_m` from a place along an axis; `None` where a number of draws meet none.
+    /// Draws a point over imagery, more than `apart_m` from a place on one axis; `None` if no draw meets one.
     pub fn elsewhere(&self, place: Geodetic, apart_m: f64, rng: &mut ChaCha8Rng) -> Option<Geodetic> {
         let frame = LocalFrame::at(place);
         let is_apart = |point: &Geodetic| {
@@ -72,12 +74,12 @@ impl MappedGround {
         (0..DRAWS).find_map(|_| self.drawn(rng).filter(is_apart))
     }
 
-    /// Anywhere over imagery; `None` of a layer without any.
+    /// Draws a point over imagery; `None` for a layer without imagery.
     pub fn anywhere(&self, rng: &mut ChaCha8Rng) -> Option<Geodetic> {
         (0..DRAWS).find_map(|_| self.drawn(rng))
     }
 
-    /// A place by lot; `None` where it has no imagery.
+    /// Draws a point; `None` if it has no imagery.
     fn drawn(&self, rng: &mut ChaCha8Rng) -> Option<Geodetic> {
         let (x, y, share) = *self.cells.get(rng.random_range(0..self.cells.len().max(1)))?;
         let (u, v, lot) = (rng.random::<f64>(), rng.random::<f64>(), rng.random::<f64>());
@@ -92,13 +94,13 @@ impl MappedGround {
         found.is_ok_and(|i| self.cells[i].2 >= 0.5)
     }
 
-    /// Square metres of imagery within a square.
+    /// Area of the imagery within a square, m^2.
     pub fn shared_m2(&self, centre: Geodetic, half_width_m: f64) -> f64 {
         let Ok(at) = WorldPixel::of(centre, self.zoom) else { return 0.0 };
         let gsd = gsd_at(centre, self.zoom);
         let (half_x, half_y) = (half_width_m / gsd.east_m_per_px, half_width_m / gsd.north_m_per_px);
         let world_px = f64::from(TILE_SIZE_PX) * f64::from(1u32 << self.zoom);
-        // Of a cell that begins `from` pixels off the centre.
+        // The overlap with a cell that begins `from` pixels off the centre.
         let overlap = |from: f64, half: f64| ((from + CELL_PX as f64).min(half) - from.max(-half)).max(0.0);
         let shared_px2 = |&(x, y, share): &(i64, i64, f64)| {
             let across = (x as f64 * CELL_PX as f64 - at.x_px + world_px / 2.0).rem_euclid(world_px) - world_px / 2.0;

@@ -1,15 +1,16 @@
-//! Where figures of a simulation must lie if what was predicted is true: exact bands, not estimates.
+//! Exact bands of counts and of the mean NEES, for tests of predictions: quantiles, not estimates.
 
-/// Above this many expected events a band is that of the normal distribution: it then differs from the exact one by less than a
-/// thousandth of its width.
+/// Above this many expected events a band uses the normal distribution; it then differs from the exact band by less
+/// than a thousandth of its width.
 const MOST_SUMMED: f64 = 2e6;
 
-/// The least and the greatest count that `trials` independent events of chance `rate` come to with `confidence` (in (0, 1)); on
-/// either side at most half of what is left lies outside. Where the events' chances differ about a mean of `rate` the band is
-/// wider than it need be.
+/// The least and the greatest count of `trials` independent events of probability `rate` with `confidence` (in (0,
+/// 1)). On either side at most half of the rest lies outside. If the probabilities differ about a mean of `rate`, the
+/// band is wider than necessary.
 ///
 /// # References
-/// Quantiles of the binomial distribution, summed term by term in logarithms. For unequal chances: Hoeffding 1956, theorem 4.
+/// Quantiles of the binomial distribution, summed term by term in logarithms. For unequal probabilities: Hoeffding
+/// 1956, theorem 4.
 pub fn count_band(trials: u64, rate: f64, confidence: f64) -> [u64; 2] {
     if rate <= 0.0 || trials == 0 {
         return [0, 0];
@@ -24,7 +25,7 @@ pub fn count_band(trials: u64, rate: f64, confidence: f64) -> [u64; 2] {
         return [(mean - reach).floor() as u64, (mean + reach).ceil() as u64];
     }
     if rate > 0.5 {
-        // The events that do not happen, of which there are fewer.
+        // Counts the events that do not happen; they are fewer.
         let [low, high] = count_band(trials, 1.0 - rate, confidence);
         return [trials - high, trials - low];
     }
@@ -45,10 +46,11 @@ pub fn count_band(trials: u64, rate: f64, confidence: f64) -> [u64; 2] {
     [low.unwrap_or(trials), trials]
 }
 
-/// Where the mean of `count` independent chi-square numbers of two degrees lies with `confidence`.
+/// The band of the mean of `count` independent chi-square variables of two degrees of freedom, with `confidence`. The
+/// mean NEES of `count` independent positions lies in it if their covariances are true.
 ///
 /// # References
-/// Their sum is at most x with the chance that a Poisson number of mean x / 2 is at least `count`.
+/// Their sum is at most x with the probability that a Poisson variable of mean x / 2 is at least `count`.
 pub fn nees_band(count: u64, confidence: f64) -> [f64; 2] {
     let outside = (1.0 - confidence) / 2.0;
     let quantile = |chance: f64| {
@@ -62,7 +64,7 @@ pub fn nees_band(count: u64, confidence: f64) -> [f64; 2] {
     [quantile(outside), quantile(1.0 - outside)]
 }
 
-/// Chance that a Poisson number of a mean above 0 is below `count`.
+/// Probability that a Poisson variable of a mean above 0 is below `count`.
 fn poisson_below(count: u64, mean: f64) -> f64 {
     let mut term_ln = -mean;
     let mut sum = 0.0;
@@ -75,7 +77,7 @@ fn poisson_below(count: u64, mean: f64) -> f64 {
     f64::min(sum, 1.0)
 }
 
-/// The normal distribution's quantile, by halving, for a chance in [0.5, 1).
+/// Quantile of the normal distribution for a probability in [0.5, 1), by bisection.
 fn normal_quantile(chance: f64) -> f64 {
     let (mut low, mut high) = (0.0, 40.0);
     for _ in 0..60 {
@@ -85,12 +87,12 @@ fn normal_quantile(chance: f64) -> f64 {
     (low + high) / 2.0
 }
 
-/// Chance that a standard normal number is below x, to 7.5e-8.
+/// Probability that a standard normal variable is below x, to 7.5e-8.
 pub fn chance_below(x: f64) -> f64 {
     if x < 0.0 { upper_tail(-x) } else { 1.0 - upper_tail(x) }
 }
 
-/// Chance that a normal number exceeds x >= 0.
+/// Probability that a standard normal variable exceeds x >= 0.
 ///
 /// # References
 /// Abramowitz and Stegun 26.2.17: to 7.5e-8.

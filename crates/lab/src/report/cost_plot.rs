@@ -1,6 +1,6 @@
 //! `cost_svg`: times against tiles, on logarithmic axes, and the line through them.
 
-use super::plot::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
+use super::chart::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
 use crate::trial::Cost;
 use plotters::prelude::*;
 

@@ -1,9 +1,13 @@
-//! `Bench`: one trial after another, each from its own stream of chance.
+//! `NegativeRunner`: one trial after another, each from its own stream of chance.
 
-use super::altered::{self, Shown};
-use super::ground::MappedGround;
-use super::{Kind, NegativeOutcome, NegativeSearch, NegativeTrial, drawn};
-use crate::trial::{Flight, Frame, TrialError};
+use super::altered::{self, ShownFrame};
+use super::drawn;
+use super::kind::NegativeKind;
+use super::outcome::{NegativeOutcome, NegativeSearch};
+use super::trial::NegativeTrial;
+use crate::trial::error::TrialError;
+use crate::trial::mapped_ground::MappedGround;
+use crate::trial::recorded_flight::{RecordedFlight, RecordedFrame};
 use overfly_core::camera::{Camera, CameraError};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
@@ -12,6 +16,7 @@ use overfly_flight::locate::{FixRequest, HeadingPrior, PositionPrior, locate};
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use std::time::Instant;
 
 /// Trials of one frame that one thread makes in a row.
@@ -19,28 +24,58 @@ const CHUNK: usize = 32;
 /// Longer side of frames that are drawn, pixels: finer ones show nothing more.
 const DRAWN_EDGE_PX: usize = 512;
 
+impl NegativeTrial {
+    /// Makes all trials; `progress` is called after each. Without frames of a `foreign` flight that kind is left out.
+    ///
+    /// # Errors
+    /// Where a frame has no truth or cannot be decoded, or the store fails. "No fix" is an outcome, and the wanted one.
+    pub fn run(
+        &self,
+        store: &Reader,
+        flight: &RecordedFlight,
+        foreign: Option<&RecordedFlight>,
+        progress: impl Fn(&NegativeOutcome) + Sync,
+    ) -> Result<Vec<NegativeOutcome>, TrialError> {
+        self.check()?;
+        if let Some(frame) = flight.frames.iter().find(|f| f.true_position.is_none()) {
+            return Err(TrialError::NoTruth { path: flight.path.clone(), line: frame.line });
+        }
+        let runner = NegativeRunner::new(self, store, flight, foreign)?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|_| {
+            let expected = "a number of threads that this machine can start";
+            TrialError::Option { name: "threads", value: self.threads as f64, expected }
+        })?;
+        let chunks = runner.chunks();
+        let done: Result<Vec<Vec<NegativeOutcome>>, TrialError> = pool
+            .install(|| chunks.par_iter().map(|(frame, numbers)| runner.try_all(*frame, numbers, &progress)).collect());
+        let mut outcomes: Vec<NegativeOutcome> = done?.into_iter().flatten().collect();
+        outcomes.sort_by_key(|o| o.number);
+        Ok(outcomes)
+    }
+}
+
 /// All that trials have in common.
-pub struct Bench<'a> {
+struct NegativeRunner<'a> {
     trial: &'a NegativeTrial,
     store: &'a Reader,
     ground: MappedGround,
-    flight: &'a Flight,
-    foreign: Option<&'a Flight>,
-    kinds: Vec<Kind>,
+    flight: &'a RecordedFlight,
+    foreign: Option<&'a RecordedFlight>,
+    kinds: Vec<NegativeKind>,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> NegativeRunner<'a> {
     /// For a trial; without frames of a `foreign` flight that kind is left out.
-    pub fn new(
+    fn new(
         trial: &'a NegativeTrial,
         store: &'a Reader,
-        flight: &'a Flight,
-        foreign: Option<&'a Flight>,
+        flight: &'a RecordedFlight,
+        foreign: Option<&'a RecordedFlight>,
     ) -> Result<Self, TrialError> {
-        let ground = store.layer(&trial.layer).and_then(|layer| MappedGround::of(store, layer));
+        let ground = store.layer(&trial.layer).and_then(|layer| MappedGround::read(store, layer));
         let image = || flight.frames[0].image.clone();
         let ground = ground.map_err(|e| TrialError::Locate { image: image(), cause: e.into() })?;
-        let kinds = trial.kinds.iter().copied().filter(|k| *k != Kind::Foreign || foreign.is_some()).collect();
+        let kinds = trial.kinds.iter().copied().filter(|k| *k != NegativeKind::Foreign || foreign.is_some()).collect();
         Ok(Self { trial, store, ground, flight, foreign, kinds })
     }
 
@@ -52,13 +87,13 @@ impl<'a> Bench<'a> {
     }
 
     /// Kind and region go round in turn, frames by lot.
-    fn cell(&self, number: usize) -> (Kind, f64) {
+    fn cell(&self, number: usize) -> (NegativeKind, f64) {
         let (kinds, regions) = (&self.kinds, &self.trial.regions);
         (kinds[number % kinds.len()], regions[number / kinds.len() % regions.len()])
     }
 
     /// The trials, in pieces that share a frame, so that it is decoded once for many.
-    pub fn chunks(&self) -> Vec<(usize, Vec<usize>)> {
+    fn chunks(&self) -> Vec<(usize, Vec<usize>)> {
         let frames = self.flight.frames.len();
         let mut by_frame = vec![Vec::new(); frames];
         if !self.kinds.is_empty() {
@@ -73,7 +108,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Makes some trials of one frame.
-    pub fn try_all(
+    fn try_all(
         &self,
         frame: usize,
         numbers: &[usize],
@@ -89,12 +124,12 @@ impl<'a> Bench<'a> {
         numbers.iter().map(one).collect()
     }
 
-    fn try_one(&self, frame: &Frame, gray: &Gray, number: usize) -> Result<NegativeOutcome, TrialError> {
+    fn try_one(&self, frame: &RecordedFrame, gray: &Gray, number: usize) -> Result<NegativeOutcome, TrialError> {
         let mut rng = self.rng(number);
         // Drawn before by `chunks`, to choose the frame.
         let _ = rng.random_range(0..self.flight.frames.len());
         let (kind, region) = self.cell(number);
-        let is_heading_known = kind == Kind::Turned || !rng.random_bool(self.trial.unknown_heading_share);
+        let is_heading_known = kind == NegativeKind::Turned || !rng.random_bool(self.trial.unknown_heading_share);
         let half_width_m = self.trial.prior_error_m * region.sqrt() * 1.001 + 1.0;
         let search = match self.prior(frame, gray, kind, half_width_m, &mut rng)? {
             Some((prior, shared_m2)) => {
@@ -110,15 +145,15 @@ impl<'a> Bench<'a> {
     /// The middle of the square to search, and how much imagery it holds.
     fn prior(
         &self,
-        frame: &Frame,
+        frame: &RecordedFrame,
         gray: &Gray,
-        kind: Kind,
+        kind: NegativeKind,
         half_width_m: f64,
         rng: &mut ChaCha8Rng,
     ) -> Result<Option<(Geodetic, f64)>, TrialError> {
         let truth = frame.true_position.expect("checked by the caller");
         let prior = match kind {
-            Kind::Elsewhere => self.ground.elsewhere(truth, half_width_m + self.reach_m(frame, gray)?, rng),
+            NegativeKind::Elsewhere => self.ground.elsewhere(truth, half_width_m + self.reach_m(frame, gray)?, rng),
             _ if kind.is_without_place() => self.ground.anywhere(rng),
             _ => Some(self.ground.displaced(truth, half_width_m, rng)),
         };
@@ -126,7 +161,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Farthest that the frame shows ground from its nadir, metres.
-    fn reach_m(&self, frame: &Frame, gray: &Gray) -> Result<f64, TrialError> {
+    fn reach_m(&self, frame: &RecordedFrame, gray: &Gray) -> Result<f64, TrialError> {
         let view = frame.view(&self.flight.camera);
         let camera =
             Camera::new(&view, gray.width_px() as u32, gray.height_px() as u32).map_err(|e| unusable(frame, e))?;
@@ -135,36 +170,42 @@ impl<'a> Bench<'a> {
     }
 
     /// The spoiled frame.
-    fn shown(&self, frame: &Frame, gray: &Gray, kind: Kind, rng: &mut ChaCha8Rng) -> Result<Shown, TrialError> {
+    fn shown(
+        &self,
+        frame: &RecordedFrame,
+        gray: &Gray,
+        kind: NegativeKind,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<ShownFrame, TrialError> {
         let view = frame.view(&self.flight.camera);
         let (width, height) = (gray.width_px(), gray.height_px());
         let shrink = (width.max(height) as f64 / DRAWN_EDGE_PX as f64).max(1.0);
         let side = |n: usize| (n as f64 / shrink).round().max(1.0) as usize;
         let drawn = match kind {
-            Kind::Elsewhere => gray.clone(),
-            Kind::Mirrored => return Ok(altered::mirrored(gray, &view)),
-            Kind::Turned => {
+            NegativeKind::Elsewhere => gray.clone(),
+            NegativeKind::Mirrored => return Ok(altered::mirrored(gray, &view)),
+            NegativeKind::Turned => {
                 let turned = altered::turned(gray, &view, rng.random_range(1..4));
                 return turned.map_err(|e| unusable(frame, e));
             }
-            Kind::Scaled => altered::magnified(gray, rng.random_range(1.3..1.6)),
-            Kind::Noise => drawn::noise(side(width), side(height), rng),
-            Kind::Water => drawn::water(side(width), side(height), rng),
-            Kind::Blank => drawn::blank(side(width), side(height), rng),
-            Kind::Fields => drawn::fields(side(width), side(height), -frame.heading_rad, rng),
-            Kind::Foreign => {
+            NegativeKind::Scaled => altered::magnified(gray, rng.random_range(1.3..1.6)),
+            NegativeKind::Noise => drawn::noise(side(width), side(height), rng),
+            NegativeKind::Water => drawn::water(side(width), side(height), rng),
+            NegativeKind::Blank => drawn::blank(side(width), side(height), rng),
+            NegativeKind::Fields => drawn::fields(side(width), side(height), -frame.heading_rad, rng),
+            NegativeKind::Foreign => {
                 let frames = &self.foreign.expect("left out without such a flight").frames;
                 let other = read_frame(&frames[rng.random_range(0..frames.len())].path)?;
                 altered::fitted(&other, side(width), side(height))
             }
         };
-        Ok(Shown { gray: drawn, view })
+        Ok(ShownFrame { gray: drawn, view })
     }
 
     fn search(
         &self,
-        frame: &Frame,
-        shown: &Shown,
+        frame: &RecordedFrame,
+        shown: &ShownFrame,
         is_heading_known: bool,
         prior: Geodetic,
         half_width_m: f64,
@@ -187,6 +228,6 @@ impl<'a> Bench<'a> {
     }
 }
 
-fn unusable(frame: &Frame, cause: CameraError) -> TrialError {
+fn unusable(frame: &RecordedFrame, cause: CameraError) -> TrialError {
     TrialError::Locate { image: frame.image.clone(), cause: cause.into() }
 }

@@ -1,8 +1,8 @@
 //! Plots of a simulation: flights without a failure in time, their spread, f(n), coverage; and all plots by name.
 
-use super::plot::{BOUND, Chart, Drawn, FALSE, INK, RIGHT, legend, mesh, named_line, svg};
-use super::simulated_failures::failures;
-use crate::trial::simulation::{CHECKPOINTS, Comparison, Flown, Summary};
+use super::chart::{BOUND, Chart, Drawn, FALSE, INK, RIGHT, legend, mesh, named_line, svg};
+use super::simulation_failures_plot::failures;
+use crate::trial::simulation::{BandComparison, CHECKPOINTS, SimulatedFlights, SimulationSummary};
 use overfly_core::coupling::Mode;
 use overfly_core::coupling::Sequential;
 use plotters::coord::types::RangedCoordf64;
@@ -16,7 +16,7 @@ const COLOURS: [RGBColor; 6] =
 const SIZE: (u32, u32) = (720, 420);
 
 /// Plots by name, those for which there is something to plot: `failures`, `survival`, `spread`, `together`, `optimum`, `coverage`.
-pub fn simulated_svgs(flown: &[Flown], summaries: &[Summary]) -> Vec<(&'static str, String)> {
+pub fn simulation_svgs(flown: &[SimulatedFlights], summaries: &[SimulationSummary]) -> Vec<(&'static str, String)> {
     let plots = [
         ("failures", failures(summaries)),
         ("survival", survival(flown)),
@@ -52,15 +52,15 @@ fn plot(
 }
 
 /// Flights with a predicted p, at most as many as there are colours.
-fn with_failures(flown: &[Flown]) -> Vec<(&Flown, RGBColor)> {
-    let has = |f: &&Flown| f.prediction.failure_probability.is_some() && f.prediction.cycle_s.is_some();
+fn with_failures(flown: &[SimulatedFlights]) -> Vec<(&SimulatedFlights, RGBColor)> {
+    let has = |f: &&SimulatedFlights| f.prediction.failure_probability.is_some() && f.prediction.cycle_s.is_some();
     flown.iter().filter(has).zip(COLOURS).collect()
 }
 
 /// Share of the flights without a failure, against time over T0_max.
-fn survival(flown: &[Flown]) -> Option<String> {
+fn survival(flown: &[SimulatedFlights]) -> Option<String> {
     let shown = with_failures(flown);
-    let length = |f: &Flown| f.plan.mission_s / f.prediction.max_mission_s.unwrap_or(f.plan.mission_s);
+    let length = |f: &SimulatedFlights| f.plan.mission_s / f.prediction.max_mission_s.unwrap_or(f.plan.mission_s);
     let right = shown.iter().map(|(f, _)| length(f)).reduce(f64::max)?.min(3.0);
     let labels = ["time over T0_max", "flights without a failure"];
     Some(plot([0.0, right, 0.0, 1.02], labels, Some(SeriesLabelPosition::UpperRight), |chart| {
@@ -82,8 +82,8 @@ fn survival(flown: &[Flown]) -> Option<String> {
 }
 
 /// Where failures come together most: the variance of a flight's failures is the largest multiple of their mean, and not by chance.
-fn most_together<'a>(flown: &'a [Flown], summaries: &[Summary]) -> Option<&'a Flown> {
-    let dispersion = |s: &Summary| s.simulated.dispersion.unwrap_or(0.0);
+fn most_together<'a>(flown: &'a [SimulatedFlights], summaries: &[SimulationSummary]) -> Option<&'a SimulatedFlights> {
+    let dispersion = |s: &SimulationSummary| s.simulated.dispersion.unwrap_or(0.0);
     let pairs = flown.iter().zip(summaries).filter(|(f, s)| {
         // Of a mean of independent failures it is known to sqrt(2 / flights); four of these.
         f.prediction.failures.is_some() && dispersion(s) > 1.0 + 4.0 * (2.0 / f64::from(s.runs)).sqrt()
@@ -92,7 +92,7 @@ fn most_together<'a>(flown: &'a [Flown], summaries: &[Summary]) -> Option<&'a Fl
 }
 
 /// Flights by their number of failures.
-fn spread(f: &Flown) -> Option<String> {
+fn spread(f: &SimulatedFlights) -> Option<String> {
     let (p, count) = (f.prediction.failure_probability?, f.prediction.absolute_count?);
     let most = f.tallies.iter().map(|t| t.failures).max()?.clamp(1, 60);
     let flights = f.tallies.len() as f64;
@@ -124,16 +124,16 @@ fn spread(f: &Flown) -> Option<String> {
 }
 
 /// f(n) of the base, and the scenarios that differ from it by n alone.
-fn optimum(flown: &[Flown], summaries: &[Summary]) -> Option<String> {
+fn optimum(flown: &[SimulatedFlights], summaries: &[SimulationSummary]) -> Option<String> {
     let base = flown.iter().find(|f| f.mode == Mode::Sequential && f.variation == "base")?;
-    let alike = |f: &Flown| {
+    let alike = |f: &SimulatedFlights| {
         let same_n = f.scenario.sequential.clone();
         let mut base = base.scenario.clone();
         base.sequential = same_n;
         (base.seed, base.runs, base.covariance) = (f.scenario.seed, f.scenario.runs, f.scenario.covariance.clone());
         f.mode == Mode::Sequential && f.scenario == base
     };
-    let points: Vec<(f64, Comparison)> = flown
+    let points: Vec<(f64, BandComparison)> = flown
         .iter()
         .zip(summaries)
         .filter(|(f, _)| alike(f))
@@ -168,7 +168,7 @@ fn optimum(flown: &[Flown], summaries: &[Summary]) -> Option<String> {
 }
 
 /// Coverage over the mission, scenario by scenario.
-fn coverage(summaries: &[Summary]) -> Option<String> {
+fn coverage(summaries: &[SimulationSummary]) -> Option<String> {
     let shown: Vec<_> = summaries.iter().filter_map(|s| Some((s, s.covariance.as_ref()?))).zip(COLOURS).collect();
     let least = shown.iter().flat_map(|((_, c), _)| c.coverage_over_time.iter().flatten()).copied().reduce(f64::min)?;
     let labels = ["share of the mission", "truth in the 95 % ellipse"];

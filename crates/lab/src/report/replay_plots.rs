@@ -1,19 +1,19 @@
 //! Plots of a flown flight: errors in time, tiles searched, and the chronogram of registrations.
 
-use super::flown::Flown;
-use super::map::half_axes_of_m;
-use super::plot::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg};
+use super::chart::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
+use super::ellipse::{HALF_AXIS_95, half_axes_95_m};
+use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Three standard deviations over 95 % half axes, 2.448 of them.
-const THREE_SIGMA: f64 = 3.0 / super::map::TO_95;
+const THREE_SIGMA: f64 = 3.0 / HALF_AXIS_95;
 const PROPAGATED: RGBColor = RGBColor(120, 90, 190);
 
 /// Error of every position, and three times its own standard deviation along the long axis.
-pub(super) fn errors(flown: &Flown) -> String {
-    let sigma_m = |o: &FlyOutcome| THREE_SIGMA * half_axes_of_m(&o.position.covariance_m2)[0];
+pub fn errors(flown: &ReplayedFlight) -> String {
+    let sigma_m = |o: &FlyOutcome| THREE_SIGMA * half_axes_95_m(&o.position.covariance_m2)[0];
     let mut heights: Vec<f64> =
         flown.outcomes.iter().flat_map(|o| [o.error.length_m(), sigma_m(o)]).filter(|h| h.is_finite()).collect();
     heights.sort_by(f64::total_cmp);
@@ -37,7 +37,7 @@ pub(super) fn errors(flown: &Flown) -> String {
 }
 
 /// Tiles that each absolute registration searched (bars), and 𝒩 as the model has it (dots), on a logarithmic axis.
-pub(super) fn tiles(flown: &Flown) -> String {
+pub fn tiles(flown: &ReplayedFlight) -> String {
     let searched: Vec<_> = flown.outcomes.iter().filter(|o| o.position.absolute_count > 0).collect();
     let level = |v: f64| v.max(1.0).log10();
     let top = searched.iter().map(|o| level(o.position.tiles_searched as f64).max(level(o.position.nominal_count)));
@@ -64,7 +64,7 @@ pub(super) fn tiles(flown: &Flown) -> String {
 
 /// When registrations ran, as in figure 3 of the paper: relative ones below, absolute ones above, filled where they said where
 /// the image is.
-pub(super) fn chronogram(flown: &Flown) -> String {
+pub fn chronogram(flown: &ReplayedFlight) -> String {
     let least_s = (span(flown).end - span(flown).start) / 300.0;
     svg((720, 130), |area| {
         let mut chart = ChartBuilder::on(area)
@@ -93,7 +93,7 @@ type Chart<'a, 'b> = ChartContext<
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
 >;
 
-fn draw_registrations(chart: &mut Chart, flown: &Flown, o: &FlyOutcome, least_s: f64) -> Drawn {
+fn draw_registrations(chart: &mut Chart, flown: &ReplayedFlight, o: &FlyOutcome, least_s: f64) -> Drawn {
     let (t, p) = (o.position.time_s, &o.position);
     if p.relative_count > 0 {
         let end = t + flown.execution_times.relative_s.max(least_s);
@@ -107,10 +107,6 @@ fn draw_registrations(chart: &mut Chart, flown: &Flown, o: &FlyOutcome, least_s:
     Ok(())
 }
 
-/// The flight's time with a little air on both sides.
-fn span(flown: &Flown) -> std::ops::Range<f64> {
-    let times = flown.outcomes.iter().map(|o| o.position.time_s);
-    let (first, last) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
-    let air = ((last - first) * 0.03).max(0.5);
-    first - air..last + air
+fn span(flown: &ReplayedFlight) -> std::ops::Range<f64> {
+    time_range(flown.outcomes.iter().map(|o| o.position.time_s))
 }

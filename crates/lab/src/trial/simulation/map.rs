@@ -1,7 +1,7 @@
-//! `Ground`: what is searched, and whether the map shows what the aircraft sees.
+//! `SimulatedMap`: what is searched, and whether the map shows what the aircraft sees.
 
-use super::route::Pose;
-use crate::trial::TrialError;
+use super::route::TruePose;
+use crate::trial::error::TrialError;
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::tile::{TILE_SIZE_PX, TileId, gsd_at};
@@ -11,15 +11,15 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The map of a simulation.
-pub enum Ground {
+pub enum SimulatedMap {
     /// Without edge: a search costs what (3) says, and every image lies in the map.
     Endless,
     /// A store's.
-    Stored(Arc<StoredGround>),
+    Stored(Arc<StoredMap>),
 }
 
 /// A layer's tiles in memory.
-pub struct StoredGround {
+pub struct StoredMap {
     index: ResidentIndex,
     valid_fraction: HashMap<TileId, f64>,
     zoom: u8,
@@ -34,7 +34,7 @@ pub struct StoredGround {
 /// Points on each edge of an image at which the map is looked up.
 const LOOKS: usize = 7;
 
-impl StoredGround {
+impl StoredMap {
     /// The tiles of a layer.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl StoredGround {
     }
 
     /// Share of an image that the map shows.
-    pub fn shows(&self, pose: &Pose, across_m: f64, along_m: f64) -> f64 {
+    pub fn shows(&self, pose: &TruePose, across_m: f64, along_m: f64) -> f64 {
         let here = LocalFrame::at(pose.position);
         let place = |k: usize| (k as f64 + 0.5) / LOOKS as f64 - 0.5;
         let (mut sum, looks) = (0.0, (LOOKS * LOOKS) as f64);

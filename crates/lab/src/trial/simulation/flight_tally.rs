@@ -1,10 +1,10 @@
-//! `Tally`: what one flight came to.
+//! `FlightTally`: what one flight came to.
 
 use crate::trial::ellipse::CHI_SQUARE_95;
 
 /// What one flight came to.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Tally {
+pub struct FlightTally {
     /// Absolute registrations that ended within the mission.
     pub absolute_count: u64,
     /// Of them, those that failed, for any of the three reasons.
@@ -60,7 +60,7 @@ impl TrackTally {
 
 /// Why an absolute registration gave no right position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cause {
+pub enum FailureCause {
     /// Drawn.
     Drawn,
     /// The image is not where it is searched.
@@ -69,11 +69,11 @@ pub enum Cause {
     NoMap,
 }
 
-impl Tally {
+impl FlightTally {
     /// Counts an absolute registration that ended at `end_s`.
     pub fn count(
         &mut self,
-        cause: Option<Cause>,
+        cause: Option<FailureCause>,
         execution_s: f64,
         nominal_count: f64,
         end_s: f64,
@@ -91,9 +91,9 @@ impl Tally {
         self.failures += failed;
         match cause {
             None => return,
-            Some(Cause::Drawn) => self.drawn += 1,
-            Some(Cause::OutsideRegion) => self.outside_region += 1,
-            Some(Cause::NoMap) => self.no_map += 1,
+            Some(FailureCause::Drawn) => self.drawn += 1,
+            Some(FailureCause::OutsideRegion) => self.outside_region += 1,
+            Some(FailureCause::NoMap) => self.no_map += 1,
         }
         self.first_failure_s = self.first_failure_s.or(Some(end_s));
     }

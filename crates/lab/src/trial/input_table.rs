@@ -1,28 +1,28 @@
-//! `Table`: a CSV file whose every complaint names file, line and column.
+//! `InputTable`: a CSV file in memory. Every error names file, line and column.
 
-use super::TrialError;
+use super::error::TrialError;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// The most rows that are read.
+/// Most rows of a file.
 const MAX_ROWS: usize = 1_000_000;
 
 /// A CSV file in memory.
-pub struct Table {
+pub struct InputTable {
     path: PathBuf,
     columns: HashMap<String, usize>,
-    rows: Vec<Row>,
+    rows: Vec<InputRow>,
 }
 
-/// One line of it.
-pub struct Row {
-    /// Line in the file, the header being 1.
+/// One row of the file.
+pub struct InputRow {
+    /// Line in the file; the header is line 1.
     pub line: u64,
     cells: csv::StringRecord,
 }
 
-impl Table {
-    /// Reads a CSV file that has at least the columns `needed` and one row.
+impl InputTable {
+    /// Reads a CSV file with at least the columns `needed` and one row.
     pub fn read(path: &Path, needed: &[&'static str]) -> Result<Self, TrialError> {
         let text = std::fs::read(path).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;
         let not_a_table = |line, reason: String| TrialError::NotATable { path: path.into(), line, reason };
@@ -40,7 +40,7 @@ impl Table {
             if rows.len() == MAX_ROWS {
                 return Err(not_a_table(line, format!("more than {MAX_ROWS} rows")));
             }
-            rows.push(Row { line, cells });
+            rows.push(InputRow { line, cells });
         }
         if rows.is_empty() {
             return Err(TrialError::NoRows { path: path.into() });
@@ -48,20 +48,20 @@ impl Table {
         Ok(Self { path: path.into(), columns, rows })
     }
 
-    /// Its lines.
-    pub fn rows(&self) -> &[Row] {
+    /// The rows.
+    pub fn rows(&self) -> &[InputRow] {
         &self.rows
     }
 
-    /// A cell's text; empty where the table has no such column.
-    pub fn text<'a>(&self, row: &'a Row, column: &'static str) -> &'a str {
+    /// The text of a cell; empty if the table has no such column.
+    pub fn text<'a>(&self, row: &'a InputRow, column: &'static str) -> &'a str {
         self.columns.get(column).and_then(|&i| row.cells.get(i)).unwrap_or("")
     }
 
-    /// A finite number for which `accepts` holds.
+    /// The finite number in a cell for which `accepts` holds.
     pub fn number(
         &self,
-        row: &Row,
+        row: &InputRow,
         column: &'static str,
         expected: &'static str,
         accepts: impl Fn(f64) -> bool,
@@ -73,10 +73,10 @@ impl Table {
         }
     }
 
-    /// As [`Table::number`]; `None` for an empty cell.
+    /// Like [`InputTable::number`]; `None` for an empty cell.
     pub fn number_or_empty(
         &self,
-        row: &Row,
+        row: &InputRow,
         column: &'static str,
         expected: &'static str,
         accepts: impl Fn(f64) -> bool,
@@ -87,14 +87,14 @@ impl Table {
         self.number(row, column, expected, accepts).map(Some)
     }
 
-    /// The complaint about a cell.
-    pub fn bad_cell(&self, row: &Row, column: &'static str, expected: &'static str) -> TrialError {
+    /// The error about a cell.
+    pub fn bad_cell(&self, row: &InputRow, column: &'static str, expected: &'static str) -> TrialError {
         let found = self.text(row, column).chars().take(80).collect();
         TrialError::BadCell { path: self.path.clone(), line: row.line, column, found, expected }
     }
 
-    /// The path of an image that a cell names, relative to the table's folder; it must exist.
-    pub fn image(&self, row: &Row, column: &'static str) -> Result<PathBuf, TrialError> {
+    /// The path of the image that a cell names, relative to the table's folder. The image must exist.
+    pub fn image(&self, row: &InputRow, column: &'static str) -> Result<PathBuf, TrialError> {
         let name = self.text(row, column);
         if name.is_empty() {
             return Err(self.bad_cell(row, column, "the path of an image, relative to this file"));

@@ -1,7 +1,7 @@
 //! `relative_cost_svgs`: the paper's figures 12 to 15, measured here, with the fitted laws; and both beside the paper's.
 
-use super::plot::{BOUND, INK, RIGHT, legend, log_mesh, mesh, named_line, svg};
-use crate::trial::{DriftBin, PaperFigures, RelativeLaws, RelativeSample, Spread};
+use super::chart::{BOUND, INK, RIGHT, legend, log_mesh, mesh, named_line, svg};
+use crate::trial::{DriftBin, PaperFigures, Quantiles, RelativeLaws, RelativeSample};
 use overfly_core::coupling::{PixelDriftLaw, RelativeCost};
 use plotters::prelude::*;
 
@@ -14,19 +14,19 @@ pub fn relative_cost_svgs(laws: &RelativeLaws, samples: &[RelativeSample]) -> Ve
     let RelativeCost { seconds_per_descriptor, load_s, pair_comparison_s, threshold_s_per_descriptor, .. } =
         laws.relative;
     let (us_each, load_ms) = (1e6 * seconds_per_descriptor, 1e3 * load_s);
-    let loading = Step {
+    let loading = StepPlot {
         axis: "loading, ms",
         per_s: 1e3,
         law: format!("A_c N + L = {us_each:.2} us N + {load_ms:.2} ms"),
         time_s: |s| Some(s.times.loading_s),
     };
-    let matching = Step {
+    let matching = StepPlot {
         axis: "matching, ms",
         per_s: 1e3,
         law: format!("t0 N^2 = {:.2} ns N^2", 1e9 * pair_comparison_s),
         time_s: |s| Some(s.times.matching_s),
     };
-    let threshold = Step {
+    let threshold = StepPlot {
         axis: "thresholding, us",
         per_s: 1e6,
         law: format!("B N = {:.2} ns N", 1e9 * threshold_s_per_descriptor),
@@ -42,7 +42,7 @@ pub fn relative_cost_svgs(laws: &RelativeLaws, samples: &[RelativeSample]) -> Ve
 }
 
 /// A step of registrations, and how its plot is labelled.
-struct Step {
+struct StepPlot {
     axis: &'static str,
     /// Units of the axis in a second.
     per_s: f64,
@@ -55,14 +55,14 @@ fn spreads(
     laws: &RelativeLaws,
     samples: &[RelativeSample],
     time_s: fn(&RelativeSample) -> Option<f64>,
-) -> Vec<(f64, Spread)> {
+) -> Vec<(f64, Quantiles)> {
     let of_limit = |limit: usize| samples.iter().filter(move |s| s.limit == limit).filter_map(time_s).collect();
-    laws.rows.iter().filter_map(|row| Some((row.descriptors, Spread::of(of_limit(row.limit))?))).collect()
+    laws.rows.iter().filter_map(|row| Some((row.descriptors, Quantiles::from_values(of_limit(row.limit))?))).collect()
 }
 
 const SPREAD_NAME: &str = "median of all pairs, up to 95 % of them";
 
-impl Step {
+impl StepPlot {
     /// The medians with their law, on straight axes.
     fn svg(&self, laws: &RelativeLaws, samples: &[RelativeSample], law_s: &dyn Fn(f64) -> f64) -> String {
         let dots: Vec<_> = spreads(laws, samples, self.time_s)

@@ -1,22 +1,20 @@
-//! `Flight`: one simulated flight on a virtual clock: relative registrations, searches, fixes and failures.
+//! `SimulatedFlight`: one simulated flight on a virtual clock: relative registrations, searches, fixes and failures.
 //!
 //! It knows the world and not the models: a search reads the map under its region, what takes time lets the aircraft fly on, and
 //! a registration fails because of what happens to it. What `coupling` predicts is computed elsewhere.
 
-mod search;
-
-use super::case::{Case, Draws};
-use super::drift::Drift;
-use super::ground::Ground;
-use super::route::{Pose, Route};
+use super::case::{Draws, ScenarioCase};
+use super::drift::SimulatedDrift;
+use super::flight_tally::{FailureCause, FlightTally};
+use super::map::SimulatedMap;
+use super::route::{SimulatedRoute, TruePose};
 use super::scenario::{AfterFailure, whole_intervals};
-use super::tally::{Cause, Tally};
-use super::track::Track;
+use super::search::SearchState;
+use super::track::FilterTrack;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_flight::navigate::FilterError;
 use rand::Rng;
-use rand_chacha::ChaCha8Rng;
 
 /// A flight over nothing in particular begins here.
 const NOWHERE_DEG: (f64, f64) = (47.0, 10.0);
@@ -24,28 +22,21 @@ const NOWHERE_DEG: (f64, f64) = (47.0, 10.0);
 const NOWHERE_HALF_M: f64 = 40_000.0;
 
 /// A flight under way.
-pub struct Flight<'a> {
-    case: &'a Case<'a>,
-    rng: ChaCha8Rng,
-    now_s: f64,
-    /// When the last fix's image was taken.
-    fixed_s: f64,
-    drift: Drift,
+pub struct SimulatedFlight<'a> {
+    state: SearchState<'a>,
     failed_last: bool,
-    tally: Tally,
+    tally: FlightTally,
     /// Where it truly is, where that matters.
-    route: Option<Route>,
-    /// Where the last fix put it.
-    fixed_at: Option<Pose>,
-    track: Option<Track<'a>>,
+    route: Option<SimulatedRoute>,
+    track: Option<FilterTrack<'a>>,
 }
 
-impl<'a> Flight<'a> {
+impl<'a> SimulatedFlight<'a> {
     /// Flies one mission.
     ///
     /// # Errors
     /// Where a position leaves the ellipsoid's local frame, which no route does.
-    pub fn fly(case: &'a Case<'a>, run: u32) -> Result<Tally, FilterError> {
+    pub fn fly(case: &'a ScenarioCase<'a>, run: u32) -> Result<FlightTally, FilterError> {
         let mut flight = Self::start(case, run)?;
         match case.mode {
             Mode::Sequential => flight.sequential()?,
@@ -56,27 +47,27 @@ impl<'a> Flight<'a> {
         Ok(flight.tally)
     }
 
-    fn start(case: &'a Case<'a>, run: u32) -> Result<Self, FilterError> {
+    fn start(case: &'a ScenarioCase<'a>, run: u32) -> Result<Self, FilterError> {
         let mut rng = case.rng(run, Draws::Flight);
         let scenario = case.scenario;
         let tracked = scenario.covariance.as_ref().filter(|c| run < c.runs && case.mode != Mode::Combined);
-        let (frame, half_extent_m) = match case.ground {
-            Ground::Stored(ground) => (ground.frame, ground.half_extent_m),
-            Ground::Endless => {
+        let (frame, half_extent_m) = match case.map {
+            SimulatedMap::Stored(map) => (map.frame, map.half_extent_m),
+            SimulatedMap::Endless => {
                 let (latitude_deg, longitude_deg) = NOWHERE_DEG;
                 (LocalFrame::at(Geodetic::from_degrees(latitude_deg, longitude_deg)?), [NOWHERE_HALF_M; 2])
             }
         };
-        let is_placed = tracked.is_some() || matches!(case.ground, Ground::Stored(_));
+        let is_placed = tracked.is_some() || matches!(case.map, SimulatedMap::Stored(_));
         let beyond_m = scenario.store.as_ref().map_or(0.0, |s| s.beyond_m);
         let route = is_placed.then(|| {
             let half_extent_m = half_extent_m.map(|half| (half + beyond_m).max(1.0));
-            Route::new(frame, half_extent_m, scenario.aircraft.min_turn_radius_m, case.rng(run, Draws::Route))
+            SimulatedRoute::new(frame, half_extent_m, scenario.aircraft.min_turn_radius_m, case.rng(run, Draws::Route))
         });
-        let pose = route.as_ref().map(Route::pose).transpose()?;
+        let pose = route.as_ref().map(SimulatedRoute::pose).transpose()?;
         let track = match (tracked, pose) {
             (Some(model), Some(pose)) => {
-                Some(Track::start(model, scenario, pose, case.plan.mission_s, case.rng(run, Draws::Track))?)
+                Some(FilterTrack::start(model, scenario, pose, case.plan.mission_s, case.rng(run, Draws::Track))?)
             }
             _ => None,
         };
@@ -84,17 +75,12 @@ impl<'a> Flight<'a> {
         let period_s = case.adjusted.map_or(0.0, |a| case.plan.mission_s / a.absolute_count.max(1e-300));
         let phase_s = rng.random::<f64>() * period_s;
         let now_s = if scenario.without_fix_s.is_some() { 0.0 } else { -phase_s.min(case.plan.mission_s) };
-        let drift = Drift::after_fix(&scenario.errors, &mut rng);
+        let drift = SimulatedDrift::after_fix(&scenario.errors, &mut rng);
         Ok(Self {
-            case,
-            rng,
-            now_s,
-            fixed_s: now_s,
-            drift,
+            state: SearchState { case, rng, now_s, fixed_s: now_s, drift, fixed_at: pose },
             failed_last: false,
-            tally: Tally::default(),
+            tally: FlightTally::default(),
             route,
-            fixed_at: pose,
             track,
         })
     }
@@ -102,8 +88,8 @@ impl<'a> Flight<'a> {
     /// n relative registrations, a search that is waited for, and again.
     fn sequential(&mut self) -> Result<(), FilterError> {
         loop {
-            let retries = self.failed_last && self.case.scenario.failures.after == AfterFailure::Retry;
-            self.relative(if retries { 1.0 } else { self.case.plan.relative_count as f64 })?;
+            let retries = self.failed_last && self.state.case.scenario.failures.after == AfterFailure::Retry;
+            self.relative(if retries { 1.0 } else { self.state.case.plan.relative_count as f64 })?;
             if !self.absolute()? {
                 return Ok(());
             }
@@ -112,13 +98,13 @@ impl<'a> Flight<'a> {
 
     /// One search after another; in the parallel mode relative registrations go on beside.
     fn search_after_search(&mut self) -> Result<(), FilterError> {
-        let scenario = self.case.scenario;
+        let scenario = self.state.case.scenario;
         // As long without a fix as stated, or as searches take that have settled.
-        let settled_s = self.case.adjusted.map_or(0.0, |a| a.execution_s);
+        let settled_s = self.state.case.adjusted.map_or(0.0, |a| a.execution_s);
         let since_s = scenario.without_fix_s.unwrap_or(settled_s);
-        self.fixed_s = self.now_s - since_s;
-        if self.case.mode == Mode::Parallel {
-            self.drift.grow(&scenario.errors, self.registrations(since_s), &mut self.rng);
+        self.state.fixed_s = self.state.now_s - since_s;
+        if self.state.case.mode == Mode::Parallel {
+            self.state.drift.grow(&scenario.errors, self.registrations(since_s), &mut self.state.rng);
         }
         while self.absolute()? {}
         Ok(())
@@ -126,34 +112,34 @@ impl<'a> Flight<'a> {
 
     /// Relative registrations that end in a time: whole ones where images come at intervals.
     fn registrations(&self, elapsed_s: f64) -> f64 {
-        let count = elapsed_s / self.case.scenario.step_s();
-        if self.case.scenario.aircraft.image_interval_s > 0.0 { (count + 1e-9).floor() } else { count }
+        let count = elapsed_s / self.state.case.scenario.step_s();
+        if self.state.case.scenario.aircraft.image_interval_s > 0.0 { (count + 1e-9).floor() } else { count }
     }
 
     /// Flies `count` relative registrations, or until the mission ends.
     fn relative(&mut self, count: f64) -> Result<(), FilterError> {
-        let step_s = self.case.scenario.step_s();
-        let end_s = self.now_s + count * step_s;
+        let step_s = self.state.case.scenario.step_s();
+        let end_s = self.state.now_s + count * step_s;
         if count.is_finite() {
-            self.drift.grow(&self.case.scenario.errors, count, &mut self.rng);
+            self.state.drift.grow(&self.state.case.scenario.errors, count, &mut self.state.rng);
         }
-        self.images_until(end_s.min(self.case.plan.mission_s + step_s))?;
-        self.now_s = end_s;
+        self.images_until(end_s.min(self.state.case.plan.mission_s + step_s))?;
+        self.state.now_s = end_s;
         Ok(())
     }
 
     /// Shows the estimate all images up to a moment; without one the aircraft flies there at once.
     fn images_until(&mut self, end_s: f64) -> Result<(), FilterError> {
-        let (step_s, speed_mps) = (self.case.scenario.step_s(), self.case.scenario.aircraft.speed_mps);
+        let (step_s, speed_mps) = (self.state.case.scenario.step_s(), self.state.case.scenario.aircraft.speed_mps);
         let Some(route) = &mut self.route else { return Ok(()) };
         let Some(track) = &mut self.track else {
-            route.advance((end_s - self.now_s) * speed_mps);
+            route.advance((end_s - self.state.now_s) * speed_mps);
             return Ok(());
         };
-        let steps = ((end_s - self.now_s) / step_s - 1e-9).ceil().max(0.0) as u64;
-        let mut at_s = self.now_s;
+        let steps = ((end_s - self.state.now_s) / step_s - 1e-9).ceil().max(0.0) as u64;
+        let mut at_s = self.state.now_s;
         for k in 1..=steps {
-            let next_s = (self.now_s + k as f64 * step_s).min(end_s);
+            let next_s = (self.state.now_s + k as f64 * step_s).min(end_s);
             route.advance((next_s - at_s) * speed_mps);
             at_s = next_s;
             track.step(route.pose()?, at_s)?;
@@ -163,15 +149,15 @@ impl<'a> Flight<'a> {
 
     /// A search at this image, and what comes of it; whether the mission goes on.
     fn absolute(&mut self) -> Result<bool, FilterError> {
-        let scenario = self.case.scenario;
-        let began_s = self.now_s;
-        let pose = self.route.as_ref().map(Route::pose).transpose()?;
-        let search = self.search(pose.as_ref())?;
-        self.tally.is_lost |= self.is_lost(search.execution_s);
+        let scenario = self.state.case.scenario;
+        let began_s = self.state.now_s;
+        let pose = self.route.as_ref().map(SimulatedRoute::pose).transpose()?;
+        let search = self.state.search(pose.as_ref())?;
+        self.tally.is_lost |= self.state.is_lost(search.execution_s);
         let end_s = began_s + search.execution_s;
         // Beyond all missions, and where times have grown beyond all numbers.
-        let is_over = end_s.is_nan() || end_s > self.case.plan.mission_s;
-        let cause = self.cause(&search, pose.as_ref());
+        let is_over = end_s.is_nan() || end_s > self.state.case.plan.mission_s;
+        let cause = self.state.cause(&search, pose.as_ref());
         if let Some(track) = &mut self.track {
             track.begin();
         }
@@ -191,39 +177,39 @@ impl<'a> Flight<'a> {
 
     /// What happens while a search runs.
     fn fly_on(&mut self, next_s: f64) -> Result<(), FilterError> {
-        let until_s = next_s.min(self.case.plan.mission_s + self.case.scenario.step_s());
-        if self.case.mode == Mode::Parallel {
+        let until_s = next_s.min(self.state.case.plan.mission_s + self.state.case.scenario.step_s());
+        if self.state.case.mode == Mode::Parallel {
             self.images_until(until_s)?;
         } else if let Some(route) = &mut self.route {
-            route.advance((until_s - self.now_s).max(0.0) * self.case.scenario.aircraft.speed_mps);
+            route.advance((until_s - self.state.now_s).max(0.0) * self.state.case.scenario.aircraft.speed_mps);
         }
-        self.now_s = next_s;
+        self.state.now_s = next_s;
         Ok(())
     }
 
     /// Takes in what a search of an earlier image said.
-    fn take(&mut self, cause: Option<Cause>, pose: Option<Pose>, began_s: f64) -> Result<(), FilterError> {
-        let (errors, failures) = (&self.case.scenario.errors, &self.case.scenario.failures);
-        let is_false = cause.is_some() && self.rng.random::<f64>() < failures.false_share;
+    fn take(&mut self, cause: Option<FailureCause>, pose: Option<TruePose>, began_s: f64) -> Result<(), FilterError> {
+        let (errors, failures) = (&self.state.case.scenario.errors, &self.state.case.scenario.failures);
+        let is_false = cause.is_some() && self.state.rng.random::<f64>() < failures.false_share;
         self.tally.false_fixes += u64::from(is_false);
         if let (Some(track), Some(pose)) = (&mut self.track, &pose) {
             track.deliver(pose, cause.is_none())?;
         }
         let is_fixed = cause.is_none() || failures.after == AfterFailure::Afresh;
         if is_fixed {
-            self.drift = Drift::after_fix(errors, &mut self.rng);
+            self.state.drift = SimulatedDrift::after_fix(errors, &mut self.state.rng);
         } else if is_false {
-            let reach_m = errors.inaccuracy_m / 2.0 + self.drift.stated_m(errors);
-            let wrong_m = [(); 2].map(|()| reach_m * (2.0 * self.rng.random::<f64>() - 1.0));
-            self.drift = Drift::after_false_fix(errors, wrong_m, &mut self.rng);
+            let reach_m = errors.inaccuracy_m / 2.0 + self.state.drift.stated_m(errors);
+            let wrong_m = [(); 2].map(|()| reach_m * (2.0 * self.state.rng.random::<f64>() - 1.0));
+            self.state.drift = SimulatedDrift::after_false_fix(errors, wrong_m, &mut self.state.rng);
         }
         if is_fixed || is_false {
-            self.fixed_s = began_s;
-            self.fixed_at = pose;
+            self.state.fixed_s = began_s;
+            self.state.fixed_at = pose;
         }
-        if self.case.mode == Mode::Parallel {
-            let count = self.registrations(self.now_s - began_s);
-            self.drift.grow(errors, count, &mut self.rng);
+        if self.state.case.mode == Mode::Parallel {
+            let count = self.registrations(self.state.now_s - began_s);
+            self.state.drift.grow(errors, count, &mut self.state.rng);
         }
         Ok(())
     }

@@ -1,12 +1,12 @@
 //! `failures`: what was simulated over what was predicted, scenario by scenario.
 
-use super::plot::{BOUND, FALSE, INK, RIGHT, svg};
-use crate::trial::simulation::Summary;
+use super::chart::{BOUND, FALSE, INK, RIGHT, svg};
+use crate::trial::simulation::SimulationSummary;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// A scenario, over the failures that (11) predicts.
-struct Row {
+struct FailureRow {
     name: String,
     simulated: f64,
     band: [f64; 2],
@@ -19,8 +19,8 @@ struct Row {
 const NEAR: f64 = 2.5;
 
 /// The plot; `None` where no failures were predicted.
-pub(super) fn failures(summaries: &[Summary]) -> Option<String> {
-    let rows: Vec<Row> = summaries.iter().filter_map(row).collect();
+pub(super) fn failures(summaries: &[SimulationSummary]) -> Option<String> {
+    let rows: Vec<FailureRow> = summaries.iter().filter_map(row).collect();
     let values = || rows.iter().flat_map(|r| [Some(r.simulated), r.printed, r.adjusted]).flatten();
     let ends = || values().chain(rows.iter().flat_map(|r| r.band)).filter(|v| *v > 0.0);
     let (least, most) = (ends().reduce(f64::min)?.min(0.9), ends().reduce(f64::max)?.max(1.1));
@@ -60,10 +60,10 @@ pub(super) fn failures(summaries: &[Summary]) -> Option<String> {
     }))
 }
 
-fn row(s: &Summary) -> Option<Row> {
+fn row(s: &SimulationSummary) -> Option<FailureRow> {
     let model = s.predicted.failures.filter(|f| *f > 0.0)?;
     let comparison = s.comparisons.iter().find(|c| c.what == "failures")?;
-    Some(Row {
+    Some(FailureRow {
         name: format!("{}, {}", s.variation, s.mode.word()),
         simulated: comparison.simulated / model,
         band: comparison.band.map(|b| b / model),

@@ -1,6 +1,6 @@
 //! `calibration_svg`: what searches stated against what came, on logarithmic axes.
 
-use super::plot::{INK, legend, mesh, named_line, svg};
+use super::chart::{INK, legend, mesh, named_line, svg};
 use crate::trial::{CalibrationStep, NegativeScore};
 use plotters::prelude::*;
 
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn draws_an_empty_score_too() {
-        let plot = calibration_svg(&NegativeScore::of(&[], 1));
+        let plot = calibration_svg(&NegativeScore::from_outcomes(&[], 1));
         assert!(plot.starts_with("<svg ") && plot.trim_end().ends_with("</svg>"));
     }
 }

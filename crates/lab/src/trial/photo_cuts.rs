@@ -1,6 +1,7 @@
-//! `Place` and `Views`: images cut from a photo or an orthophoto, and others ahead of them that share a part of their ground.
+//! `ImagePlacement` and `ViewPair`: images cut from a photo or an orthophoto, and views ahead of them that share a
+//! part of their ground.
 
-use super::TrialError;
+use super::error::TrialError;
 use nalgebra::Vector2;
 use overfly_core::pixels::{Gray, Mask};
 use overfly_ingest::raster::{Imagery, ImageryError};
@@ -10,58 +11,58 @@ use std::path::Path;
 
 /// Noise added to the views, one standard deviation, gray levels.
 const NOISE: f32 = 4.0;
-/// Turn between the views of a pair, degrees, at most.
+/// Greatest turn between the views of a pair, degrees.
 const MOST_TURN_DEG: f64 = 8.0;
-/// The second view of a pair lies at most this far aside, pixels.
+/// Greatest lateral offset of the second view of a pair, pixels.
 const MOST_ASIDE_PX: f64 = 2.0;
-/// So many places that fit are drawn at a time, from so many draws at most; the one farthest from others that has all its
-/// pixels is taken.
+/// Candidate places drawn at a time, from at most `MOST_DRAWS` draws. The candidate farthest from other places that
+/// has all its pixels is taken.
 const CANDIDATES: usize = 16;
 const MOST_DRAWS: usize = 400;
-/// Where none of them has, so often anew.
+/// Rounds of candidates until the photo counts as too small.
 const ROUNDS: usize = 16;
-/// A view reaches so far aside of its edge, for it may be turned: half of cos 8 + sin 8 degrees less one, of an edge.
+/// Reach of a turned view beyond its edge, as a share of the edge: half of cos 8 + sin 8 degrees minus one.
 const TURNED_SHARE: f64 = 0.065;
 
-/// Where an image lies, and which way it looks: views ahead of it fit into the photo too.
+/// The place and the direction of an image in a photo. The views ahead of it fit into the photo too.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// The image's centre, pixels of the photo from its corner.
+pub struct ImagePlacement {
+    /// Centre of the image, pixels from the photo's corner.
     pub centre_px: [f64; 2],
-    /// Turn of the image on the photo, radians clockwise.
+    /// Turn of the image in the photo, radians clockwise.
     pub heading_rad: f64,
 }
 
-/// Size of the views, and how little ground a pair shares at least.
+/// Size of the views, and the least overlap of a pair.
 #[derive(Debug, Clone, Copy)]
-pub struct Cut {
+pub struct CutOptions {
     /// Edge of the square views, pixels.
     pub edge_px: usize,
-    /// The least overlap, in [0, 1].
+    /// Least overlap, in [0, 1].
     pub least_overlap: f64,
 }
 
-impl Cut {
-    /// How far from a view's centre pixels are needed: half its diagonal, and what lies aside.
+impl CutOptions {
+    /// Distance from a view's centre within which pixels are needed: half its diagonal and the lateral offset.
     fn reach_px(self) -> f64 {
         self.edge_px as f64 * std::f64::consts::FRAC_1_SQRT_2 + MOST_ASIDE_PX + 2.0
     }
 
-    /// From the image's centre to that of the farthest view ahead, pixels of the view.
+    /// Offset from the image's centre to the centre of the farthest view ahead, pixels of the view.
     fn farthest_px(self) -> Vector2<f64> {
         Vector2::new(0.0, -(1.0 - self.least_overlap) * self.edge_px as f64)
     }
 }
 
-impl Place {
-    /// A place in the photo, far from the `others` in it. The same dice, the same place.
+impl ImagePlacement {
+    /// Chooses a place in the photo, far from the `others`. The same generator gives the same place.
     ///
     /// # Errors
-    /// [`TrialError::NoPlace`] where the photo, or what of it has pixels, is too small; pixels that cannot be read.
+    /// [`TrialError::NoPlace`] if the photo, or the part with pixels, is too small; pixels that cannot be read.
     pub fn choose(
         imagery: &Imagery,
         path: &Path,
-        cut: Cut,
+        cut: CutOptions,
         others: &[Self],
         rng: &mut ChaCha8Rng,
     ) -> Result<Self, TrialError> {
@@ -84,8 +85,8 @@ impl Place {
         Err(TrialError::NoPlace { path: path.into(), width_px, height_px, edge_px: cut.edge_px })
     }
 
-    /// Some places whose views lie within the photo.
-    fn candidates(imagery: &Imagery, cut: Cut, rng: &mut ChaCha8Rng) -> Vec<Self> {
+    /// Draws places whose views lie within the photo.
+    fn candidates(imagery: &Imagery, cut: CutOptions, rng: &mut ChaCha8Rng) -> Vec<Self> {
         let mut candidates = Vec::with_capacity(CANDIDATES);
         for _ in 0..MOST_DRAWS {
             let drawn = Self::drawn(imagery.size_px(), cut, rng);
@@ -97,8 +98,8 @@ impl Place {
         candidates
     }
 
-    /// Anywhere an image fits, looking anywhere; `None` where none fits.
-    fn drawn(size_px: [usize; 2], cut: Cut, rng: &mut ChaCha8Rng) -> Option<Self> {
+    /// Draws a place for an image with any heading; `None` if the photo is too small.
+    fn drawn(size_px: [usize; 2], cut: CutOptions, rng: &mut ChaCha8Rng) -> Option<Self> {
         let reach_px = cut.reach_px();
         let ends = size_px.map(|n| n as f64 - reach_px);
         (ends[0] > reach_px && ends[1] > reach_px).then(|| Self {
@@ -107,8 +108,9 @@ impl Place {
         })
     }
 
-    /// Upper-left and lower-right corner of the pixels that all views of this place need; `None` beyond the photo.
-    fn corners(&self, imagery: &Imagery, cut: Cut) -> Option<[[usize; 2]; 2]> {
+    /// Upper-left and lower-right corner of the pixels that all views of this place need; `None` if they leave the
+    /// photo.
+    fn corners(&self, imagery: &Imagery, cut: CutOptions) -> Option<[[usize; 2]; 2]> {
         let reach_px = cut.reach_px();
         let far = ahead(self.centre_px, cut.farthest_px(), self.heading_rad);
         let size_px = imagery.size_px();
@@ -118,20 +120,20 @@ impl Place {
         fits.then(|| [low.map(|v| v as usize), high.map(|v| v as usize)])
     }
 
-    /// The ground that all views of this place need; `None` where a pixel of it is missing.
+    /// Reads the ground that all views of this place need; `None` if a pixel is missing.
     ///
     /// # Errors
-    /// Pixels that cannot be read.
-    pub fn ground(&self, imagery: &Imagery, cut: Cut) -> Result<Option<Ground>, ImageryError> {
+    /// If pixels cannot be read.
+    pub fn ground(&self, imagery: &Imagery, cut: CutOptions) -> Result<Option<PhotoGround>, ImageryError> {
         let Some([low, high]) = self.corners(imagery, cut) else { return Ok(None) };
         let Some((gray, mask)) = imagery.gray(low, [high[0] - low[0], high[1] - low[1]])? else { return Ok(None) };
         let corner_px = low.map(|v| v as f64);
         let is_there = self.has_all(&mask, corner_px, cut);
-        Ok(is_there.then_some(Ground { gray, corner_px, edge_px: cut.edge_px, place: *self }))
+        Ok(is_there.then_some(PhotoGround { gray, corner_px, edge_px: cut.edge_px, place: *self }))
     }
 
-    /// Whether all pixels are there of the strip in which the image and all views ahead of it lie.
-    fn has_all(&self, mask: &Mask, corner_px: [f64; 2], cut: Cut) -> bool {
+    /// Whether the strip of the image and all views ahead of it has all its pixels.
+    fn has_all(&self, mask: &Mask, corner_px: [f64; 2], cut: CutOptions) -> bool {
         let half_px = cut.edge_px as f64 * (0.5 + TURNED_SHARE) + MOST_ASIDE_PX + 1.0;
         let farthest_px = cut.farthest_px().y - half_px;
         let (sin, cos) = self.heading_rad.sin_cos();
@@ -145,41 +147,41 @@ impl Place {
     }
 }
 
-/// What lies around a place.
-pub struct Ground {
+/// The ground around a place.
+pub struct PhotoGround {
     gray: Gray,
     corner_px: [f64; 2],
     edge_px: usize,
-    place: Place,
+    place: ImagePlacement,
 }
 
-/// Two views of one ground.
-pub struct Views {
+/// Two views of the same ground.
+pub struct ViewPair {
     /// The image.
     pub a: Gray,
-    /// The view ahead of it.
+    /// The view ahead of the image.
     pub b: Gray,
     /// True displacement of b's centre from a's, pixels of a.
     pub shift_px: Vector2<f64>,
 }
 
-impl Ground {
-    /// The place's image: its pixels, with noise, rounded as a camera does.
+impl PhotoGround {
+    /// Cuts the image: its pixels with noise, rounded as by a camera.
     pub fn image(&self, rng: &mut ChaCha8Rng) -> Gray {
         self.view(self.place.centre_px, self.place.heading_rad, rng)
     }
 
-    /// The image `a` with a view that shares the fraction `overlap` of it: further ahead, a little aside and turned.
-    pub fn pair(&self, a: &Gray, overlap: f64, rng: &mut ChaCha8Rng) -> Views {
+    /// Pairs the image `a` with a view that shares the fraction `overlap`: ahead, a little to the side, and turned.
+    pub fn pair(&self, a: &Gray, overlap: f64, rng: &mut ChaCha8Rng) -> ViewPair {
         let aside_px = rng.random_range(-MOST_ASIDE_PX..MOST_ASIDE_PX);
         let shift_px = Vector2::new(aside_px, -(1.0 - overlap) * self.edge_px as f64);
         let turn_rad = rng.random_range(-MOST_TURN_DEG..MOST_TURN_DEG).to_radians();
-        let Place { centre_px, heading_rad } = self.place;
+        let ImagePlacement { centre_px, heading_rad } = self.place;
         let b = self.view(ahead(centre_px, shift_px, heading_rad), heading_rad + turn_rad, rng);
-        Views { a: a.clone(), b, shift_px }
+        ViewPair { a: a.clone(), b, shift_px }
     }
 
-    /// A square about `centre_px` of the photo, turned, with noise.
+    /// Cuts a square about `centre_px` of the photo, turned, with noise.
     fn view(&self, centre_px: [f64; 2], heading_rad: f64, rng: &mut ChaCha8Rng) -> Gray {
         let edge = self.edge_px;
         let middle = edge as f64 / 2.0;
@@ -187,7 +189,8 @@ impl Ground {
         for (i, value) in seen.values_mut().iter_mut().enumerate() {
             let from_centre = Vector2::new((i % edge) as f64 + 0.5 - middle, (i / edge) as f64 + 0.5 - middle);
             let [x, y] = ahead(centre_px, from_centre, heading_rad);
-            // Four uniform numbers, less their mean, over their standard deviation: near enough to normal.
+            // The sum of four uniform numbers, minus its mean and over its standard deviation, is close enough to
+            // normal.
             let noise = ((0..4).map(|_| rng.random::<f32>()).sum::<f32>() - 2.0) * 3f32.sqrt();
             let ground = self.gray.sample(x - self.corner_px[0], y - self.corner_px[1]);
             *value = (ground + NOISE * noise).round().clamp(0.0, 255.0);
@@ -196,7 +199,7 @@ impl Ground {
     }
 }
 
-/// Where `shift_px` of a view with this heading leads on the photo.
+/// The point of the photo at `shift_px` from a point, in the axes of a view with this heading.
 fn ahead([x, y]: [f64; 2], shift_px: Vector2<f64>, heading_rad: f64) -> [f64; 2] {
     let (sin, cos) = heading_rad.sin_cos();
     [x + cos * shift_px.x - sin * shift_px.y, y + sin * shift_px.x + cos * shift_px.y]
@@ -208,9 +211,9 @@ mod tests {
     use overfly_ingest::raster::OpenOptions;
     use rand::SeedableRng;
 
-    const CUT: Cut = Cut { edge_px: 256, least_overlap: 0.1 };
+    const CUT: CutOptions = CutOptions { edge_px: 256, least_overlap: 0.1 };
 
-    /// A photo whose brightness says where one is: 0.15 per column.
+    /// A photo whose brightness tells the column: 0.15 levels per column.
     fn ramp(width: u32, height: u32) -> (tempfile::TempDir, std::path::PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("ramp.png");
@@ -230,11 +233,12 @@ mod tests {
     fn the_stated_shift_is_where_the_other_views_centre_lies() {
         let (_folder, path) = ramp(1400, 1400);
         let imagery = opened(&path);
-        let place = Place::choose(&imagery, &path, CUT, &[], &mut dice(4)).unwrap();
+        let place = ImagePlacement::choose(&imagery, &path, CUT, &[], &mut dice(4)).unwrap();
         let ground = place.ground(&imagery, CUT).unwrap().unwrap();
         let a = ground.image(&mut dice(5));
         let views = ground.pair(&a, 0.5, &mut dice(6));
-        // On a plane the mean of a view is the brightness of its centre, and the slope of a tells that of its shift.
+        // On a plane, the mean of a view is the brightness of its centre, and the slope of a predicts the brightness
+        // of a shifted view.
         let mean = |g: &Gray| g.values().iter().map(|&v| f64::from(v)).sum::<f64>() / (256.0 * 256.0);
         let slope = |at: fn(f64, f64) -> f64| {
             let weight = |i: usize| at((i % 256) as f64 - 127.5, (i / 256) as f64 - 127.5);
@@ -254,7 +258,7 @@ mod tests {
         let choose = || {
             let mut places = Vec::new();
             for k in 0..4 {
-                places.push(Place::choose(&imagery, &path, CUT, &places, &mut dice(k)).unwrap());
+                places.push(ImagePlacement::choose(&imagery, &path, CUT, &places, &mut dice(k)).unwrap());
             }
             places
         };
@@ -262,7 +266,8 @@ mod tests {
         assert_eq!(places, choose());
         for (k, a) in places.iter().enumerate() {
             for b in &places[..k] {
-                // Four anywhere in the 1230 x 1130 px that centres may lie in: by chance alone one pair in eight is nearer.
+                // Four independent places in the 1230 x 1130 px that centres may take: in one case of eight a pair
+                // would be nearer.
                 let away = (a.centre_px[0] - b.centre_px[0]).hypot(a.centre_px[1] - b.centre_px[1]);
                 assert!(away > 300.0, "{a:?} {b:?}");
             }
@@ -272,7 +277,7 @@ mod tests {
     #[test]
     fn a_photo_that_is_too_small_is_named() {
         let (_folder, path) = ramp(360, 900);
-        let refused = Place::choose(&opened(&path), &path, CUT, &[], &mut dice(1)).map(|_| ()).unwrap_err();
+        let refused = ImagePlacement::choose(&opened(&path), &path, CUT, &[], &mut dice(1)).map(|_| ()).unwrap_err();
         assert_eq!(refused.code(), "no_place_for_views");
         assert!(refused.to_string().contains("ramp.png") && refused.to_string().contains("360 x 900"), "{refused}");
     }

@@ -1,9 +1,9 @@
-//! Pairs that share no ground: what relative registration must refuse.
+//! Mirrored pairs: image pairs that relative registration must reject.
 //!
-//! The second view of every pair is mirrored. No camera sees ground mirrored, so whatever is accepted is false, even
+//! The second view of every pair is mirrored. No camera sees mirrored ground, so every accepted motion is false, even
 //! between overlapping photos or views of the same spot.
 
-use super::TrialError;
+use super::error::TrialError;
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{MotionAnswer, MotionPrior, register};
 use overfly_flight::frame::read_frame;
@@ -12,42 +12,42 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What is tried.
+/// The options of a trial.
 #[derive(Debug, Clone)]
-pub struct StrangerTrial {
-    /// Photos to cut views from; at least one.
+pub struct MirroredPairTrial {
+    /// Photos from which views are cut; at least one.
     pub photos: Vec<PathBuf>,
-    /// Pairs.
+    /// Number of pairs.
     pub trials: usize,
-    /// The same seed, the same views.
+    /// Seed of the views.
     pub seed: u64,
 }
 
-/// The summary, as JSON spells it.
+/// The summary of a trial, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct StrangerScore {
-    /// Pairs tried.
+pub struct MirroredPairScore {
+    /// Number of pairs tried.
     pub trials: usize,
-    /// Accepted: false, every one.
+    /// Accepted pairs. Every one is false.
     #[serde(rename = "false")]
     pub accepted: usize,
-    /// With 95 % confidence the probability of a false motion is below this (three in so many, where none was seen).
+    /// Upper bound on the probability of a false motion, with 95 % confidence (3 / trials if none was accepted).
     pub probability_below: f64,
-    /// Which were accepted, as "photo and photo".
+    /// The accepted pairs, as "photo and photo".
     pub accepted_pairs: Vec<String>,
 }
 
-/// Edge of a view, pixels; less where a photo is smaller.
+/// Edge of a view, pixels; smaller in a small photo.
 const EDGE_PX: usize = 512;
-/// Pixels of the photo per pixel of a view, at most.
+/// Greatest number of photo pixels per pixel of a view.
 const MOST_SHRINKING: f64 = 2.0;
 
-impl StrangerTrial {
-    /// Tries all pairs; `progress` is called after each.
+impl MirroredPairTrial {
+    /// Tries all pairs; calls `progress` after each.
     ///
     /// # Errors
-    /// Where a photo cannot be decoded, or none is given.
-    pub fn run(&self, mut progress: impl FnMut()) -> Result<StrangerScore, TrialError> {
+    /// If a photo cannot be decoded, or none is given.
+    pub fn run(&self, mut progress: impl FnMut()) -> Result<MirroredPairScore, TrialError> {
         let photos = self.photos.iter().map(|p| read_frame(p)).collect::<Result<Vec<_>, _>>()?;
         if photos.is_empty() || self.trials == 0 {
             let value = self.trials.min(photos.len()) as f64;
@@ -65,7 +65,7 @@ impl StrangerTrial {
             }
             progress();
         }
-        Ok(StrangerScore {
+        Ok(MirroredPairScore {
             trials: self.trials,
             accepted: accepted_pairs.len(),
             probability_below: poisson_bound(accepted_pairs.len()) / self.trials as f64,
@@ -74,7 +74,7 @@ impl StrangerTrial {
     }
 }
 
-/// A square of the photo, turned by any angle and shrunk by up to two.
+/// Cuts a square from the photo, turned by any angle and shrunk by up to two.
 fn view(photo: &Gray, rng: &mut ChaCha8Rng) -> Gray {
     let (width, height) = (photo.width_px() as f64, photo.height_px() as f64);
     let shrinking = rng.random_range(1.0..MOST_SHRINKING);
@@ -104,7 +104,7 @@ fn name(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
 }
 
-/// The largest mean of a Poisson count that makes `seen` or fewer with a probability of 5 % (3.0 for none).
+/// The mean of the Poisson distribution under which `seen` or fewer events have a probability of 5 % (3.0 for none).
 fn poisson_bound(seen: usize) -> f64 {
     let at_most = |mean: f64| {
         let mut term = (-mean).exp();

@@ -1,41 +1,42 @@
-//! `Flight`: a folder of frames with what the aircraft's sensors said and what was true.
+//! `RecordedFlight`: a folder of frames with the readings of the aircraft's sensors and the truth.
 
-use super::table::{Row, Table};
-use super::{TrialError, read_camera};
+use super::camera_file::read_camera;
+use super::error::TrialError;
+use super::input_table::{InputRow, InputTable};
 use overfly_core::camera::{Intrinsics, View};
 use overfly_core::geodesy::Geodetic;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// A flight, frames in the order of `flight.csv`.
+/// A flight. Frames are in the order of `flight.csv`.
 #[derive(Debug, Clone)]
-pub struct Flight {
+pub struct RecordedFlight {
     /// The `flight.csv` that was read.
     pub path: PathBuf,
     /// `camera.toml` beside it.
     pub camera: Intrinsics,
-    /// At least one.
-    pub frames: Vec<Frame>,
+    /// The frames; at least one.
+    pub frames: Vec<RecordedFrame>,
 }
 
-/// One frame.
+/// One frame of a recorded flight.
 #[derive(Debug, Clone)]
-pub struct Frame {
+pub struct RecordedFrame {
     /// Line of `flight.csv`, the header being 1.
     pub line: u64,
-    /// As `flight.csv` names it; unique in the flight.
+    /// Name in `flight.csv`; unique in the flight.
     pub image: String,
-    /// Where the image lies.
+    /// Path of the image.
     pub path: PathBuf,
-    /// Seconds, of the flight's own clock.
+    /// Time on the flight's own clock, seconds.
     pub time_s: f64,
-    /// The true nadir, where stated.
+    /// The true nadir, if stated.
     pub true_position: Option<Geodetic>,
-    /// The true heading, radians clockwise from true north, where stated.
+    /// The true heading, radians clockwise from true north, if stated.
     pub true_heading_rad: Option<f64>,
-    /// What the altimeter says, metres above ground.
+    /// Height by the altimeter, metres above ground.
     pub height_agl_m: f64,
-    /// What the compass says, radians clockwise from true north.
+    /// Heading by the compass, radians clockwise from true north.
     pub heading_rad: f64,
     /// Camera off nadir, radians, positive ahead.
     pub pitch_rad: f64,
@@ -47,14 +48,14 @@ const NEEDED: [&str; 6] = ["image", "time_s", "height_agl_m", "heading_deg", "pi
 const ANGLE: &str = "a number of degrees in [-360, 360]";
 const TILT: &str = "a number of degrees off nadir in (-90, 90)";
 
-impl Flight {
-    /// Reads `flight.csv` and `camera.toml` of a folder, and checks that every image is there (not that it decodes).
+impl RecordedFlight {
+    /// Reads `flight.csv` and `camera.toml` of a folder, and checks that every image exists. Images are not decoded.
     ///
     /// # Errors
-    /// Names the file, line and column of the first thing that is wrong.
+    /// The first problem, with file, line and column.
     pub fn read(folder: &Path) -> Result<Self, TrialError> {
         let path = folder.join("flight.csv");
-        let table = Table::read(&path, &NEEDED)?;
+        let table = InputTable::read(&path, &NEEDED)?;
         let camera = read_camera(&folder.join("camera.toml"))?;
         let mut names = HashSet::new();
         let mut frames = Vec::with_capacity(table.rows().len());
@@ -69,8 +70,8 @@ impl Flight {
     }
 }
 
-impl Frame {
-    /// How the camera looked, by the sensors.
+impl RecordedFrame {
+    /// The view of the camera by the sensors.
     pub fn view(&self, camera: &Intrinsics) -> View {
         View::Posed {
             intrinsics: camera.clone(),
@@ -81,7 +82,18 @@ impl Frame {
     }
 }
 
-fn read_row(table: &Table, row: &Row) -> Result<Frame, TrialError> {
+/// A pause this many times as long as the median between frames ends a run.
+const PAUSE: f64 = 5.0;
+
+/// The pieces of a flight between pauses, in order.
+pub fn runs(frames: &[RecordedFrame]) -> Vec<&[RecordedFrame]> {
+    let mut gaps: Vec<f64> = frames.windows(2).map(|w| w[1].time_s - w[0].time_s).collect();
+    gaps.sort_by(f64::total_cmp);
+    let longest_s = gaps.get(gaps.len() / 2).map_or(0.0, |median| PAUSE * median);
+    frames.chunk_by(|a, b| b.time_s - a.time_s <= longest_s).collect()
+}
+
+fn read_row(table: &InputTable, row: &InputRow) -> Result<RecordedFrame, TrialError> {
     let within = |limit: f64| move |v: f64| v.abs() <= limit;
     let latitude_deg =
         table.number_or_empty(row, "true_latitude_deg", "a number of degrees in [-90, 90], or empty", within(90.0))?;
@@ -102,7 +114,7 @@ fn read_row(table: &Table, row: &Row) -> Result<Frame, TrialError> {
         }
     };
     let tilt = |column| table.number(row, column, TILT, |v| v.abs() < 90.0).map(f64::to_radians);
-    Ok(Frame {
+    Ok(RecordedFrame {
         line: row.line,
         image: table.text(row, "image").to_owned(),
         path: table.image(row, "image")?,
@@ -133,20 +145,20 @@ mod tests {
 
     fn complaint(row: &str) -> String {
         let folder = folder(&format!("{HEADER}{row}"), CAMERA);
-        Flight::read(folder.path()).unwrap_err().to_string()
+        RecordedFlight::read(folder.path()).unwrap_err().to_string()
     }
 
     #[test]
     fn reads_a_flight_with_and_without_truth() {
         let with = folder(&format!("{HEADER}a.png,1.5,47,8,90,500,91,2,-3\n"), CAMERA);
-        let frame = &Flight::read(with.path()).unwrap().frames[0];
+        let frame = &RecordedFlight::read(with.path()).unwrap().frames[0];
         assert_eq!(frame.line, 2);
         assert_eq!(frame.true_position.unwrap(), Geodetic::from_degrees(47.0, 8.0).unwrap());
         assert!(
             (frame.heading_rad.to_degrees() - 91.0).abs() < 1e-12 && (frame.roll_rad.to_degrees() + 3.0).abs() < 1e-12
         );
         let without = folder(&format!("{HEADER}a.png,1.5,,,,500,91,2,-3\n"), CAMERA);
-        assert!(Flight::read(without.path()).unwrap().frames[0].true_position.is_none());
+        assert!(RecordedFlight::read(without.path()).unwrap().frames[0].true_position.is_none());
     }
 
     #[test]
@@ -166,12 +178,12 @@ mod tests {
     #[test]
     fn names_a_missing_column_and_a_bad_camera() {
         let csv = folder("image,time_s\na.png,1\n", CAMERA);
-        assert!(Flight::read(csv.path()).unwrap_err().to_string().contains("no column height_agl_m"));
+        assert!(RecordedFlight::read(csv.path()).unwrap_err().to_string().contains("no column height_agl_m"));
         let row = format!("{HEADER}a.png,1.5,47,8,90,500,91,2,-3\n");
         let camera = folder(&row, "width_px = 8\n");
-        assert_eq!(Flight::read(camera.path()).unwrap_err().code(), "not_a_camera");
+        assert_eq!(RecordedFlight::read(camera.path()).unwrap_err().code(), "not_a_camera");
         let zero = folder(&row, &CAMERA.replace("10.0", "-1.0"));
-        assert_eq!(Flight::read(zero.path()).unwrap_err().code(), "not_a_camera");
-        assert_eq!(Flight::read(Path::new("no/such/folder")).unwrap_err().code(), "unreadable");
+        assert_eq!(RecordedFlight::read(zero.path()).unwrap_err().code(), "not_a_camera");
+        assert_eq!(RecordedFlight::read(Path::new("no/such/folder")).unwrap_err().code(), "unreadable");
     }
 }

@@ -1,40 +1,58 @@
-//! `Search`: what an absolute registration searches on a simulated flight, how long that takes, and why it fails if it does.
+//! `SimulatedSearch`: what an absolute registration searches on a simulated flight, how long that takes, and why it fails if it does.
 
-use super::Flight;
-use crate::trial::simulation::ground::Ground;
-use crate::trial::simulation::route::Pose;
-use crate::trial::simulation::scenario::FailureLaw;
-use crate::trial::simulation::tally::Cause;
+use super::case::ScenarioCase;
+use super::drift::SimulatedDrift;
+use super::flight_tally::FailureCause;
+use super::map::SimulatedMap;
+use super::route::TruePose;
+use super::scenario::FailureLaw;
 use overfly_core::coupling::Mode;
 use overfly_core::coupling::{Combined, region_edges_m};
 use overfly_core::geodesy::{GeodesyError, LocalFrame};
 use overfly_core::region::{ImageOnGround, Uncertainty};
 use rand::Rng;
+use rand_chacha::ChaCha8Rng;
 
 /// What a search covers.
-pub(super) struct Search {
+pub struct SimulatedSearch {
     /// Images' worth of map that it reads.
     pub nominal_count: f64,
     /// t_exe, seconds.
     pub execution_s: f64,
 }
 
-impl Flight<'_> {
+/// The part of a flight's state on which a search depends.
+pub struct SearchState<'a> {
+    /// The scenario and mode that is flown.
+    pub case: &'a ScenarioCase<'a>,
+    /// The generator of errors and failures.
+    pub rng: ChaCha8Rng,
+    /// The virtual clock, seconds.
+    pub now_s: f64,
+    /// When the image of the last fix was taken, seconds.
+    pub fixed_s: f64,
+    /// The error of the position now.
+    pub drift: SimulatedDrift,
+    /// Where the last fix put the aircraft, where that matters.
+    pub fixed_at: Option<TruePose>,
+}
+
+impl SearchState<'_> {
     /// What is searched, and how long that takes.
-    pub(super) fn search(&self, pose: Option<&Pose>) -> Result<Search, GeodesyError> {
+    pub fn search(&self, pose: Option<&TruePose>) -> Result<SimulatedSearch, GeodesyError> {
         let (scenario, execution) = (self.case.scenario, &self.case.scenario.execution);
         let (aircraft, errors) = (&scenario.aircraft, &scenario.errors);
         let image_m2 = aircraft.across_m * aircraft.along_m;
-        let nominal_count = match (self.case.ground, pose) {
-            (Ground::Stored(ground), Some(pose)) => {
+        let nominal_count = match (self.case.map, pose) {
+            (SimulatedMap::Stored(map), Some(pose)) => {
                 let (centre, uncertainty) = self.region(pose)?;
                 let image = ImageOnGround {
                     across_m: aircraft.across_m,
                     along_m: aircraft.along_m,
                     heading_rad: centre.heading_rad,
                 };
-                let tiles = ground.tiles_met(centre.position, image, uncertainty).max(1);
-                tiles as f64 * ground.tile_m * ground.tile_m / image_m2
+                let tiles = map.tiles_met(centre.position, image, uncertainty).max(1);
+                tiles as f64 * map.tile_m * map.tile_m / image_m2
             }
             _ if self.case.mode == Mode::Combined => {
                 let since_s = (self.now_s - self.fixed_s).min(1e9 / aircraft.speed_mps.max(1.0));
@@ -48,17 +66,20 @@ impl Flight<'_> {
                 width_m * length_m / image_m2
             }
         };
-        Ok(Search { nominal_count, execution_s: execution.constant_s + execution.seconds_per_tile * nominal_count })
+        Ok(SimulatedSearch {
+            nominal_count,
+            execution_s: execution.constant_s + execution.seconds_per_tile * nominal_count,
+        })
     }
 
     /// Where the image is taken to be, and how sure that is.
-    fn region(&self, pose: &Pose) -> Result<(Pose, Uncertainty), GeodesyError> {
+    fn region(&self, pose: &TruePose) -> Result<(TruePose, Uncertainty), GeodesyError> {
         let (aircraft, errors) = (&self.case.scenario.aircraft, &self.case.scenario.errors);
         let inaccuracy_m = errors.inaccuracy_m;
         let [across_m, along_m] = self.drift.error_m();
-        let off = |from: &Pose| -> Result<Pose, GeodesyError> {
+        let off = |from: &TruePose| -> Result<TruePose, GeodesyError> {
             let position = LocalFrame::at(from.position).geodetic_from_enu(from.enu(across_m, along_m))?;
-            Ok(Pose { position, ..*from })
+            Ok(TruePose { position, ..*from })
         };
         Ok(match (self.case.mode, &self.fixed_at) {
             (Mode::Combined, Some(fixed)) => {
@@ -75,7 +96,7 @@ impl Flight<'_> {
     }
 
     /// Why a search fails, if it does. What is drawn is drawn in any case, so that one flight's draws stay in step.
-    pub(super) fn cause(&mut self, search: &Search, pose: Option<&Pose>) -> Option<Cause> {
+    pub fn cause(&mut self, search: &SimulatedSearch, pose: Option<&TruePose>) -> Option<FailureCause> {
         let (aircraft, failures) = (&self.case.scenario.aircraft, &self.case.scenario.failures);
         let draw: f64 = self.rng.random();
         let is_drawn = match (failures.law, failures.probability) {
@@ -89,22 +110,22 @@ impl Flight<'_> {
         };
         let is_outside = self.case.mode != Mode::Combined && !self.drift.is_within_region(&self.case.scenario.errors);
         let least_covered = self.case.scenario.store.as_ref().map_or(0.0, |s| s.least_covered);
-        let shows = match (self.case.ground, pose) {
-            (Ground::Stored(ground), Some(pose)) => {
-                ground.shows(pose, aircraft.across_m, aircraft.along_m) >= least_covered
+        let shows = match (self.case.map, pose) {
+            (SimulatedMap::Stored(map), Some(pose)) => {
+                map.shows(pose, aircraft.across_m, aircraft.along_m) >= least_covered
             }
             _ => true,
         };
         match (is_outside, shows, is_drawn) {
-            (true, ..) => Some(Cause::OutsideRegion),
-            (_, false, _) => Some(Cause::NoMap),
-            (.., true) => Some(Cause::Drawn),
+            (true, ..) => Some(FailureCause::OutsideRegion),
+            (_, false, _) => Some(FailureCause::NoMap),
+            (.., true) => Some(FailureCause::Drawn),
             _ => None,
         }
     }
 
     /// Whether searches take so long that they will not settle any more.
-    pub(super) fn is_lost(&self, execution_s: f64) -> bool {
+    pub fn is_lost(&self, execution_s: f64) -> bool {
         let aircraft = &self.case.scenario.aircraft;
         match (self.case.mode, self.case.scenario.failures.law) {
             (Mode::Sequential, FailureLaw::Overlap) => aircraft.speed_mps * execution_s >= aircraft.along_m,

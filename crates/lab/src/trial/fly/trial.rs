@@ -1,0 +1,109 @@
+//! `FlyTrial`: replays a recorded flight in a closed loop.
+
+use super::disturbance::Disturbances;
+use super::outcome::FlyOutcome;
+use crate::trial::error::TrialError;
+use crate::trial::recorded_flight::{RecordedFlight, RecordedFrame, runs};
+use overfly_core::coupling::Mode;
+use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_flight::frame::read_frame;
+use overfly_flight::navigate::{FlightImage, NavigateError, NavigateOptions, Navigator, SensorReading};
+use overfly_store::Reader;
+use std::sync::Arc;
+
+/// A flight to replay.
+#[derive(Debug, Clone)]
+pub struct FlyTrial<'a> {
+    /// Where frames are looked for.
+    pub store: &'a Reader,
+    /// The frames.
+    pub flight: &'a RecordedFlight,
+    /// What it is troubled with.
+    pub disturbances: Disturbances,
+}
+
+impl FlyTrial<'_> {
+    /// Flies; `progress` is called after each image.
+    ///
+    /// # Errors
+    /// Where a frame has no truth, cannot be decoded, or the store fails.
+    pub fn run(
+        &self,
+        options: &NavigateOptions,
+        mut progress: impl FnMut(&FlyOutcome),
+    ) -> Result<Vec<FlyOutcome>, TrialError> {
+        self.fly(&self.flight.frames, options, &mut progress)
+    }
+
+    /// Dead reckoning: each run between pauses by relative registrations alone from its true start, untroubled.
+    ///
+    /// # Errors
+    /// As [`FlyTrial::run`].
+    pub fn reckon(
+        &self,
+        options: &NavigateOptions,
+        mut progress: impl FnMut(&FlyOutcome),
+    ) -> Result<Vec<Vec<FlyOutcome>>, TrialError> {
+        let options = NavigateOptions { mode: Mode::RelativeOnly, ..options.clone() };
+        let untroubled = Self { disturbances: Disturbances::default(), ..self.clone() };
+        let runs = runs(&self.flight.frames);
+        runs.into_iter().map(|run| untroubled.fly(run, &options, &mut progress)).collect()
+    }
+
+    fn fly(
+        &self,
+        frames: &[RecordedFrame],
+        options: &NavigateOptions,
+        progress: &mut impl FnMut(&FlyOutcome),
+    ) -> Result<Vec<FlyOutcome>, TrialError> {
+        let clouded = self.disturbances.clouded(frames.len());
+        let mut navigator: Option<Navigator> = None;
+        let mut outcomes = Vec::with_capacity(frames.len());
+        for (number, frame) in frames.iter().enumerate() {
+            let truth = self.truth(frame)?;
+            let gray = self.disturbances.seen(number, read_frame(&frame.path)?, &clouded);
+            let image = self.image(frame, gray);
+            let failed = |cause| TrialError::Navigate { image: frame.image.clone(), cause };
+            let position = match &mut navigator {
+                Some(navigator) => navigator.process_image(image).map_err(failed)?,
+                none => {
+                    let start = self.start(truth).map_err(failed)?;
+                    let (begun, position) = Navigator::start(self.store, options, start, image).map_err(failed)?;
+                    *none = Some(begun);
+                    position
+                }
+            };
+            let is_hidden = self.disturbances.hides(number, &clouded);
+            let outcome = FlyOutcome::new(frame, position, truth, is_hidden);
+            progress(&outcome);
+            outcomes.push(outcome);
+        }
+        Ok(outcomes)
+    }
+
+    fn truth(&self, frame: &RecordedFrame) -> Result<Geodetic, TrialError> {
+        frame.true_position.ok_or(TrialError::NoTruth { path: self.flight.path.clone(), line: frame.line })
+    }
+
+    /// The stated start.
+    fn start(&self, truth: Geodetic) -> Result<Geodetic, NavigateError> {
+        let (sin, cos) = self.disturbances.start_bearing_rad().sin_cos();
+        let length_m = self.disturbances.start_error_m;
+        let off = Enu { east_m: length_m * sin, north_m: length_m * cos };
+        Ok(LocalFrame::at(truth).geodetic_from_enu(off)?)
+    }
+
+    fn image(&self, frame: &RecordedFrame, gray: overfly_core::pixels::Gray) -> FlightImage {
+        FlightImage {
+            gray: Arc::new(gray),
+            time_s: frame.time_s,
+            reading: SensorReading {
+                heading_rad: frame.heading_rad + self.disturbances.heading_bias_rad,
+                height_m: frame.height_agl_m,
+            },
+            intrinsics: self.flight.camera.clone(),
+            pitch_rad: frame.pitch_rad,
+            roll_rad: frame.roll_rad,
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! `NegativeTrial`: the options of a trial of negatives.
+
+use super::kind::NegativeKind;
+use crate::trial::error::TrialError;
+
+/// What is tried.
+#[derive(Debug, Clone)]
+pub struct NegativeTrial {
+    /// Layer to search.
+    pub layer: String,
+    /// How many, over all kinds and regions alike.
+    pub trials: usize,
+    /// Of everything that is drawn: the same seed, the same trials, whatever the number of threads.
+    pub seed: u64,
+    /// Half width of the usual square, metres.
+    pub prior_error_m: f64,
+    /// Areas to search, in usual squares.
+    pub regions: Vec<f64>,
+    /// Kinds to try.
+    pub kinds: Vec<NegativeKind>,
+    /// Share of trials that state no heading ([`NegativeKind::Turned`] always states one).
+    pub unknown_heading_share: f64,
+    /// One standard deviation stated for the heading, degrees.
+    pub heading_sigma_deg: f64,
+    /// One standard deviation stated for the height, as a ratio.
+    pub height_sigma_ratio: f64,
+    /// Trials at a time; each search has one thread.
+    pub threads: usize,
+}
+
+impl NegativeTrial {
+    /// Whether all options are in range.
+    ///
+    /// # Errors
+    /// [`TrialError::Option`] with the first that is not.
+    pub fn check(&self) -> Result<(), TrialError> {
+        let refuse = |name, value: f64, expected| Err(TrialError::Option { name, value, expected });
+        let positive = |name, value: f64, expected| {
+            if value.is_finite() && value > 0.0 { Ok(()) } else { refuse(name, value, expected) }
+        };
+        positive("prior_error_m", self.prior_error_m, "a positive number of metres")?;
+        positive("heading_sigma_deg", self.heading_sigma_deg, "a positive number of degrees")?;
+        positive("height_sigma_ratio", self.height_sigma_ratio, "a positive ratio")?;
+        for &region in &self.regions {
+            positive("regions", region, "positive areas, in usual squares")?;
+        }
+        if self.regions.is_empty() || self.kinds.is_empty() || self.trials == 0 {
+            return refuse("trials", self.trials as f64, "at least one trial of one kind over one region");
+        }
+        if !(0.0..=1.0).contains(&self.unknown_heading_share) {
+            return refuse("unknown_heading_share", self.unknown_heading_share, "a share from 0 to 1");
+        }
+        Ok(())
+    }
+}
