@@ -127,9 +127,7 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
 /// Of the coarsest base level among the layers, in the middle of its layer.
 fn map_gsd_m_per_px(store: &Reader) -> Option<f64> {
     let layer = store.layers().iter().filter(|l| l.complete).min_by_key(|l| l.base_zoom)?;
-    let [west, south, _, north] = layer.bounds_deg;
-    let middle = overfly_core::geodesy::Geodetic::from_degrees((south + north) / 2.0, west).ok()?;
-    Some(gsd_at(middle, layer.base_zoom).mean_m_per_px())
+    Some(gsd_at(layer.bounds_deg.middle().ok()?, layer.base_zoom).mean_m_per_px())
 }
 
 fn steps(coverage: &[CorridorCoverage], output: &Output) {

@@ -4,7 +4,7 @@ use super::evaluate::make_folder;
 use super::number::{any, latitude_deg, positive, turn_deg};
 use super::viewpoint::Viewpoint;
 use super::{Exit, Failure, Output, default_threads};
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use overfly_flight::frame::{ReducedFrame, read_colour_frame, read_large_frame};
 use overfly_flight::locate::candidates::default_layer;
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
@@ -123,16 +123,15 @@ impl Args {
 fn text(answer: &Answer) -> String {
     match answer {
         Answer::Fix(f) => {
-            let [[ee, en], [_, nn]] = f.covariance_m2;
-            let (middle, spread) = ((ee + nn) / 2.0, ((ee - nn) / 2.0).hypot(en));
+            let ellipse = EnuCovariance::from(f.covariance_m2).ellipse();
             format!(
                 "fix        {:.7} {:.7} (degrees, straight below the camera)\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
                  heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
                  false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
                 f.latitude_deg,
                 f.longitude_deg,
-                (middle + spread).max(0.0).sqrt(),
-                (middle - spread).max(0.0).sqrt(),
+                ellipse.semi_major_m,
+                ellipse.semi_minor_m,
                 f.heading_deg,
                 f.heading_sigma_deg,
                 f.gsd_m_per_px,

@@ -127,7 +127,7 @@ fn describe(info: &Info<'_>) -> String {
     );
     text.push_str(&info.exported.as_ref().map(ExportInfo::describe).unwrap_or_default());
     for LayerInfo { layer, sources } in &info.layers {
-        let [west, south, east, north] = layer.bounds_deg;
+        let [west, south, east, north] = <[f64; 4]>::from(layer.bounds_deg);
         if !layer.complete {
             text.push_str(&format!("\nlayer {}: unfinished; run the same `overfly build` again\n", layer.name));
             continue;

@@ -3,6 +3,7 @@
 use super::viewpoint::Viewpoint;
 use super::{Exit, Failure, Output};
 use overfly_core::camera::{Camera, View};
+use overfly_core::geodesy::BodyOffset;
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
 use overfly_flight::frame::read_frame;
@@ -78,9 +79,9 @@ fn gsd(view: &View, frame: &Gray) -> Result<f64, Failure> {
 
 impl Metres {
     fn of(motion: &Motion, gsd_m_per_px: f64) -> Self {
-        let [x_px, y_px] = motion.displacement_px;
-        let (right_m, ahead_m) = (x_px * gsd_m_per_px, -y_px * gsd_m_per_px);
-        Self { gsd_m_per_px, right_m, ahead_m, distance_m: right_m.hypot(ahead_m) }
+        let moved = BodyOffset::from_image_px(motion.displacement_px, gsd_m_per_px);
+        let BodyOffset { right_m, ahead_m } = moved;
+        Self { gsd_m_per_px, right_m, ahead_m, distance_m: moved.length_m() }
     }
 }
 

@@ -12,6 +12,7 @@ use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
 use overfly_core::camera::{Camera, Intrinsics};
+use overfly_core::geodesy::BodyOffset;
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{MotionAnswer, MotionPrior, register};
 use overfly_flight::locate::LocateError;
@@ -89,9 +90,9 @@ impl MotionParameters {
 
 fn on_the_ground(answer: &MotionAnswer, gsd_m_per_px: Option<f64>) -> Option<GroundMotion> {
     let (MotionAnswer::Motion(motion), Some(gsd_m_per_px)) = (answer, gsd_m_per_px) else { return None };
-    let [right_px, down_px] = motion.displacement_px;
-    let (right_m, ahead_m) = (right_px * gsd_m_per_px, -down_px * gsd_m_per_px);
-    Some(GroundMotion { gsd_m_per_px, right_m, ahead_m, distance_m: right_m.hypot(ahead_m) })
+    let moved = BodyOffset::from_image_px(motion.displacement_px, gsd_m_per_px);
+    let BodyOffset { right_m, ahead_m } = moved;
+    Some(GroundMotion { gsd_m_per_px, right_m, ahead_m, distance_m: moved.length_m() })
 }
 
 /// Registers image b against image a.

@@ -12,6 +12,7 @@ use axum::extract::{Path, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
+use overfly_core::geodesy::GeodeticBounds;
 use overfly_core::tile::{TILE_SIZE_PX, TileId};
 use overfly_store::Layer;
 use serde::Serialize;
@@ -169,9 +170,9 @@ pub(super) async fn tilejson(
 }
 
 fn describe(layer: &Layer, origin: &str) -> TileJson {
-    let [west, south, east, north] = layer.bounds_deg;
-    // Across the antimeridian west exceeds east; viewers read bounds as an interval.
-    let east = if west > east { east + 360.0 } else { east };
+    let GeodeticBounds { west_deg: west, south_deg: south, north_deg: north, .. } = layer.bounds_deg;
+    // Viewers read the bounds as an interval: east stays above west across the antimeridian.
+    let east = layer.bounds_deg.unwrapped_east_deg();
     let middle = (west + east) / 2.0;
     TileJson {
         tilejson: "3.0.0",

@@ -125,8 +125,9 @@ fn brute_force(stored: &BTreeSet<TileId>, query: &CandidateQuery, rng: &mut impl
         let b = tile.bounds();
         let grid = |low: f64, high: f64, i: u32| low + (high - low) * (f64::from(i) + 1e-6) / (10.0 + 2e-6);
         let points = (0..=10).flat_map(|i| (0..=10).map(move |j| (i, j)));
-        let points =
-            points.map(|(i, j)| Geodetic::from_degrees(grid(b.south, b.north, i), grid(b.west, b.east, j)).unwrap());
+        let points = points.map(|(i, j)| {
+            Geodetic::from_degrees(grid(b.south_deg, b.north_deg, i), grid(b.west_deg, b.east_deg, j)).unwrap()
+        });
         if points.into_iter().any(|p| inside(image, uncertainty, frame.enu_from_geodetic(p))) {
             met.insert(tile);
         }

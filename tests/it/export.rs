@@ -298,10 +298,10 @@ fn no_search_of_an_aircraft_that_drifts_along_the_route_reaches_beyond() {
         let drift_m = parameters.drift_growth.drift_m(count, parameters.unit_drift_m).unwrap();
         widest_m = widest_m.max(drift_m);
         for side in [0.5, -0.5] {
-            let off = Geodesic { distance_m: 29.0, azimuth_rad: point.heading_rad + side * std::f64::consts::PI };
+            let off = Geodesic { distance_m: 29.0, azimuth_rad: point.heading.radians() + side * std::f64::consts::PI };
             let centre = destination(point.position, off).unwrap();
             let (across_m, along_m) = (parameters.across_m, parameters.along_m);
-            let image = ImageOnGround { across_m, along_m, heading_rad: point.heading_rad + side };
+            let image = ImageOnGround { across_m, along_m, heading_rad: point.heading.radians() + side };
             let known = Uncertainty::Sequential { inaccuracy_m: parameters.inaccuracy_m, drift_m };
             let region = Region::new(centre, image, known).unwrap();
             for footprint in store.footprints(layer, layer.base_zoom).unwrap() {

@@ -24,7 +24,7 @@ fn folder_with(files: &[(&str, &str)]) -> tempfile::TempDir {
 
 /// A line through the middle of the drawn store's layer, from far west of it to its middle.
 fn route() -> (String, [f64; 4]) {
-    let [west, south, east, north] = drawn_store().layer("ortho").unwrap().bounds_deg;
+    let [west, south, east, north] = <[f64; 4]>::from(drawn_store().layer("ortho").unwrap().bounds_deg);
     let (latitude, middle) = ((south + north) / 2.0, (west + east) / 2.0);
     let start = west - 2.0 * (east - west);
     let text = format!(r#"{{"type":"LineString","coordinates":[[{start},{latitude}],[{middle},{latitude}]]}}"#);

@@ -1,8 +1,8 @@
-//! `Route`: a line over the ground, and points along it.
+//! `Route`: a line over the ground with points along it.
 
-use crate::geodesy::{Geodesic, Geodetic, destination, geodesic_between};
+use crate::geodesy::{Geodesic, Geodetic, Heading, destination, geodesic_between};
 
-/// A line over the ground: at least two positions that are not all one. Between them it follows geodesics.
+/// A line over the ground through at least two positions, which are not all equal. It follows geodesics between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Route {
     points: Vec<Geodetic>,
@@ -11,30 +11,55 @@ pub struct Route {
 /// A place on a route.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoutePoint {
-    /// Way from the route's start, metres.
+    /// Distance from the route's start along the route, metres.
     pub way_m: f64,
-    /// Where.
+    /// The position.
     pub position: Geodetic,
-    /// Direction of flight there, radians clockwise from true north in [0, 2 pi).
-    pub heading_rad: f64,
+    /// Direction of flight there.
+    pub heading: Heading,
 }
 
-/// The most points that a route is looked at in.
+/// The largest number of positions of a route, and of points along a route.
 const MOST_POINTS: f64 = 200_000.0;
 
-/// Legs whose ends are nearer than this are one after the other, metres.
+/// A line continues the line before it where their ends are nearer than this, metres.
 const JOINED_M: f64 = 1.0;
 
+/// Why positions are not a route, or why a route cannot be divided.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RouteError {
+    /// A line has fewer than two positions.
+    #[error("{count} positions, and a line has at least two")]
+    TooFewPositions {
+        /// Number of positions.
+        count: usize,
+    },
+    /// The lines have too many positions.
+    #[error("more than {MOST_POINTS} positions")]
+    TooManyPositions,
+    /// All positions of a route are equal.
+    #[error("all its positions are the same")]
+    NoLength,
+    /// The step is not positive, or too short for the route.
+    #[error("{length_m:.0} m in steps of {step_m} m are too many (at most {MOST_POINTS})")]
+    TooManySteps {
+        /// Length of the route, metres.
+        length_m: f64,
+        /// The given step, metres.
+        step_m: f64,
+    },
+}
+
 impl Route {
-    /// The routes of lines in order: a line that begins where the one before ends continues it.
+    /// Makes routes from lines in order. A line that begins where the line before it ends continues that line's route.
     ///
     /// # Errors
-    /// Lines of fewer than two positions or of no length, and more than 200,000 positions; the text is for people.
-    pub fn from_lines(lines: Vec<Vec<Geodetic>>) -> Result<Vec<Self>, String> {
+    /// [`RouteError`] for a line of fewer than two positions, a route without length, or more than 200,000 positions.
+    pub fn from_lines(lines: Vec<Vec<Geodetic>>) -> Result<Vec<Self>, RouteError> {
         let mut routes: Vec<Self> = Vec::new();
         for points in lines {
             if points.len() < 2 {
-                return Err(format!("{} positions, and a line has at least two", points.len()));
+                return Err(RouteError::TooFewPositions { count: points.len() });
             }
             match routes.last_mut() {
                 Some(route) if route.ends_at(points[0]) => route.points.extend(&points[1..]),
@@ -42,10 +67,10 @@ impl Route {
             }
         }
         if routes.iter().map(|r| r.points.len()).sum::<usize>() as f64 > MOST_POINTS {
-            return Err(format!("more than {MOST_POINTS} positions"));
+            return Err(RouteError::TooManyPositions);
         }
         match routes.iter().find(|r| r.length_m() <= 0.0) {
-            Some(_) => Err("all its positions are the same".into()),
+            Some(_) => Err(RouteError::NoLength),
             None => Ok(routes),
         }
     }
@@ -54,25 +79,25 @@ impl Route {
         self.points.last().is_some_and(|last| geodesic_between(*last, point).distance_m < JOINED_M)
     }
 
-    /// Its positions.
+    /// The positions of the route.
     pub fn points(&self) -> &[Geodetic] {
         &self.points
     }
 
-    /// Its length, metres.
+    /// Length of the route, metres.
     pub fn length_m(&self) -> f64 {
         self.legs().map(|(_, g)| g.distance_m).sum()
     }
 
-    /// Points every `step_m` metres from the start on, and the end.
+    /// Points at every `step_m` metres from the start, and at the end.
     ///
     /// # Errors
-    /// Where the step is not positive or so short that there would be more than 200,000.
-    pub fn every(&self, step_m: f64) -> Result<Vec<RoutePoint>, String> {
+    /// [`RouteError::TooManySteps`] where the step is not positive or gives more than 200,000 points.
+    pub fn every(&self, step_m: f64) -> Result<Vec<RoutePoint>, RouteError> {
         let length_m = self.length_m();
-        let enough = step_m > 0.0 && length_m / step_m <= MOST_POINTS;
-        if !enough {
-            return Err(format!("{length_m:.0} m in steps of {step_m} m are too many (at most {MOST_POINTS})"));
+        let is_bounded = step_m > 0.0 && length_m / step_m <= MOST_POINTS;
+        if !is_bounded {
+            return Err(RouteError::TooManySteps { length_m, step_m });
         }
         let mut found = Vec::new();
         let (mut begun_m, mut next_m) = (0.0, 0.0);
@@ -89,7 +114,7 @@ impl Route {
         Ok(found)
     }
 
-    /// Start and geodesic of each leg that has a length.
+    /// The start and the geodesic of each leg that has a length.
     pub fn legs(&self) -> impl Iterator<Item = (Geodetic, Geodesic)> + '_ {
         self.points.windows(2).map(|w| (w[0], geodesic_between(w[0], w[1]))).filter(|(_, g)| g.distance_m > 0.0)
     }
@@ -98,11 +123,10 @@ impl Route {
 /// The point `into_m` metres into a leg, with the azimuth there.
 fn point(start: Geodetic, leg: Geodesic, begun_m: f64, into_m: f64) -> Option<RoutePoint> {
     let position = destination(start, Geodesic { distance_m: into_m, ..leg }).ok()?;
-    // A geodesic's azimuth changes along it: seen back to the start, and turned round.
+    // The azimuth changes along a geodesic: take the azimuth back to the start, and turn it round.
     let back_rad = geodesic_between(position, start).azimuth_rad;
     let ahead_rad = if into_m > 1e-3 { back_rad + std::f64::consts::PI } else { leg.azimuth_rad };
-    let heading_rad = ahead_rad.rem_euclid(std::f64::consts::TAU);
-    Some(RoutePoint { way_m: begun_m + into_m, position, heading_rad })
+    Some(RoutePoint { way_m: begun_m + into_m, position, heading: Heading::from_radians(ahead_rad) })
 }
 
 #[cfg(test)]
@@ -126,7 +150,7 @@ mod tests {
             let way_m = (10_000.0 * k as f64).min(111_319.490_793);
             assert!((p.way_m - way_m).abs() < 1e-3 && p.position.latitude_deg().abs() < 1e-9);
             assert!((p.position.longitude_deg() - way_m / 111_319.490_793).abs() < 1e-9);
-            assert!((p.heading_rad.to_degrees() - 90.0).abs() < 1e-6);
+            assert!((p.heading.degrees() - 90.0).abs() < 1e-6);
         }
     }
 

@@ -5,7 +5,7 @@ use super::declaration::Declaration;
 use super::source::{self, SourceTable};
 use super::tile_rows::clear_tile;
 use super::{StoreError, digest, footprint, geopackage, verify};
-use overfly_core::geodesy::WORLD_M;
+use overfly_core::geodesy::{GeodeticBounds, WORLD_M};
 use overfly_core::tile::{MercatorBounds, TileId};
 use rusqlite::{Connection, params};
 use std::path::Path;
@@ -142,10 +142,10 @@ pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rus
             min_zoom,
             base.len() as u32,
             tiles,
-            bounds_deg[0],
-            bounds_deg[1],
-            bounds_deg[2],
-            bounds_deg[3],
+            bounds_deg.west_deg,
+            bounds_deg.south_deg,
+            bounds_deg.east_deg,
+            bounds_deg.north_deg,
             digest
         ],
     )?;
@@ -156,10 +156,11 @@ pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rus
 
 /// Returns the extent of tiles of one zoom: in the projection (the whole width if it crosses the antimeridian), and in degrees
 /// (west, south, east, north; west exceeds east if it crosses the antimeridian).
-fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
+fn extent(tiles: &[TileId]) -> (MercatorBounds, GeodeticBounds) {
     let half_m = WORLD_M / 2.0;
     let Some(first) = tiles.first() else {
-        return (MercatorBounds { min_x_m: -half_m, min_y_m: -half_m, max_x_m: half_m, max_y_m: half_m }, [0.0; 4]);
+        let world = MercatorBounds { min_x_m: -half_m, min_y_m: -half_m, max_x_m: half_m, max_y_m: half_m };
+        return (world, [0.0; 4].into());
     };
     let union = tiles.iter().map(|t| t.mercator_bounds()).fold(first.mercator_bounds(), |a, b| MercatorBounds {
         min_x_m: a.min_x_m.min(b.min_x_m),
@@ -167,8 +168,8 @@ fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
         max_x_m: a.max_x_m.max(b.max_x_m),
         max_y_m: a.max_y_m.max(b.max_y_m),
     });
-    let south = tiles.iter().map(|t| t.bounds().south).fold(f64::INFINITY, f64::min);
-    let north = tiles.iter().map(|t| t.bounds().north).fold(f64::NEG_INFINITY, f64::max);
+    let south_deg = tiles.iter().map(|t| t.bounds().south_deg).fold(f64::INFINITY, f64::min);
+    let north_deg = tiles.iter().map(|t| t.bounds().north_deg).fold(f64::NEG_INFINITY, f64::max);
     let mut columns: Vec<u32> = tiles.iter().map(|t| t.column()).collect();
     columns.sort_unstable();
     columns.dedup();
@@ -183,7 +184,7 @@ fn extent(tiles: &[TileId]) -> (MercatorBounds, [f64; 4]) {
         }
     }
     let longitude = |column: u32| f64::from(column) / f64::from(size) * 360.0 - 180.0;
-    (union, [longitude(west), south, longitude(east + 1), north])
+    (union, GeodeticBounds { west_deg: longitude(west), south_deg, east_deg: longitude(east + 1), north_deg })
 }
 
 /// Closes a store. If many of its pages are unused, rewrites it without them first, and then verifies every tile: SQLite takes
@@ -223,9 +224,9 @@ mod tests {
     fn an_extent_across_the_antimeridian_has_west_above_east() {
         let tile = |column| TileId::new(4, column, 7).unwrap();
         let (_, plain) = extent(&[tile(3), tile(4)]);
-        assert_eq!((plain[0], plain[2]), (-112.5, -67.5));
+        assert_eq!((plain.west_deg, plain.east_deg), (-112.5, -67.5));
         let (bounds, across) = extent(&[tile(15), tile(0)]);
-        assert_eq!((across[0], across[2]), (157.5, -157.5));
+        assert_eq!((across.west_deg, across.east_deg), (157.5, -157.5));
         assert!((bounds.max_x_m - bounds.min_x_m - WORLD_M).abs() < 1.0);
     }
 }

@@ -1,6 +1,7 @@
 //! `Layer`: one epoch of imagery, and the rules for its name.
 
 use super::StoreError;
+use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use rusqlite::{Connection, Row};
 use serde::Serialize;
 use std::path::Path;
@@ -19,7 +20,9 @@ pub struct Layer {
     /// Number of tiles at all levels.
     pub tiles: u64,
     /// Extent, degrees: west, south, east, north. West exceeds east where the layer crosses the antimeridian.
-    pub bounds_deg: [f64; 4],
+    #[serde(with = "bounds_as_array")]
+    #[schema(value_type = [f64; 4])]
+    pub bounds_deg: GeodeticBounds,
     /// Earliest and latest acquisition date of its sources, if known.
     pub acquired: Option<(String, String)>,
     /// Whether its first build was finished. An unfinished layer answers no queries.
@@ -74,7 +77,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Layer> {
         min_zoom: row.get(2)?,
         base_tiles: row.get::<_, u32>(3)?.into(),
         tiles: row.get::<_, u32>(4)?.into(),
-        bounds_deg: [row.get(5)?, row.get(6)?, row.get(7)?, row.get(8)?],
+        bounds_deg: [row.get(5)?, row.get(6)?, row.get(7)?, row.get(8)?].into(),
         acquired: first.zip(last),
         complete: row.get(9)?,
         digest: digest.map(|d| super::digest::hex(&d)),

@@ -226,9 +226,7 @@ fn content_of(tile: StoredTile) -> anyhow::Result<TileContent> {
 
 /// The block in the middle of a layer.
 fn middle(layer: &Layer) -> anyhow::Result<(u32, u32)> {
-    let [west, south, east, north] = layer.bounds_deg;
-    let point = overfly_core::geodesy::Geodetic::from_degrees((south + north) / 2.0, (west + east) / 2.0)?;
-    let tile = TileId::containing(point, layer.base_zoom - LEVELS)?;
+    let tile = TileId::containing(layer.bounds_deg.middle()?, layer.base_zoom - LEVELS)?;
     Ok((tile.column(), tile.row()))
 }
 
@@ -244,7 +242,7 @@ fn spiral((column, row): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
 
 /// An export of all of a store: a short route in its middle, and a corridor (which also reaches beyond the ends) as wide as it.
 fn everything(store: &Reader, key: Option<&Path>) -> anyhow::Result<ExportRequest> {
-    let [west, south, east, north] = store.layer(LAYER)?.bounds_deg;
+    let [west, south, east, north] = <[f64; 4]>::from(store.layer(LAYER)?.bounds_deg);
     let (middle, longitude) = ((south + north) / 2.0, (west + east) / 2.0);
     let line =
         serde_json::json!({"type": "LineString", "coordinates": [[longitude, middle], [longitude + 1e-3, middle]]});

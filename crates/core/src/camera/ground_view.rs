@@ -1,6 +1,7 @@
-//! `render`: the frame seen from above, north up, on a grid of the ground.
+//! `render`: resamples a frame onto a north-up grid of the ground.
 
 use super::Camera;
+use crate::geodesy::{BodyFrame, Enu};
 use crate::pixels::{Gray, Mask};
 
 /// A north-up grid of ground pixels around the nadir.
@@ -10,39 +11,41 @@ pub struct GroundGrid {
     pub width_px: usize,
     /// Rows.
     pub height_px: usize,
-    /// Where the nadir lies, pixels from the grid's upper-left corner (may be outside).
+    /// Position of the nadir, pixels from the grid's upper-left corner; it may lie outside the grid.
     pub nadir_px: [f64; 2],
-    /// Ground metres per pixel towards east and north.
+    /// Ground sample distance towards east and north, metres per pixel.
     pub gsd_m_per_px: [f64; 2],
 }
 
-/// A frame on a ground grid, and which pixels of it the frame covers.
+/// A frame resampled onto a ground grid, and the mask of the pixels that the frame covers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroundView {
-    /// Brightness as the frame's.
+    /// Brightness, on the frame's scale.
     pub gray: Gray,
-    /// Covered by the frame.
+    /// Pixels that the frame covers.
     pub mask: Mask,
-    /// Where and how large the pixels are.
+    /// Position and size of the pixels.
     pub grid: GroundGrid,
 }
 
-/// How often the exact camera model is evaluated; between, the position in the frame is interpolated bilinearly. Over
-/// 8 px of a view that is as sharp as the frame the error stays below 0.01 px for lenses and tilts in use.
+/// Distance between knots, the grid pixels at which the exact camera model is evaluated. Between knots the position in
+/// the frame is interpolated bilinearly. Over 8 px of a view as sharp as the frame the error stays below 0.01 px for
+/// lenses and tilts in use.
 const KNOT_PX: usize = 8;
 
 impl GroundGrid {
-    /// The smallest grid of these pixels that holds the frame's footprint under a heading, with `margin_px` around;
-    /// `None` where the frame sees the horizon.
+    /// The smallest grid with these pixels that contains the frame's footprint under a heading and a margin of `margin_px`
+    /// around it; `None` where the frame sees the horizon.
     pub fn around(camera: &Camera, heading_rad: f64, gsd_m_per_px: [f64; 2], margin_px: f64) -> Option<Self> {
-        let corners = camera.footprint_in_level()?.map(|p| east_north(p, heading_rad));
-        let extreme = |axis: usize, pick: fn(f64, f64) -> f64| {
-            corners.iter().map(|c| c[axis]).reduce(pick).expect("a footprint has four corners")
+        let frame = BodyFrame::from_heading_rad(heading_rad);
+        let corners = camera.footprint_in_body()?.map(|corner| frame.enu_from_body(corner));
+        let extreme = |axis: fn(&Enu) -> f64, pick: fn(f64, f64) -> f64| {
+            corners.iter().map(axis).reduce(pick).expect("a footprint has four corners")
         };
-        let left = (extreme(0, f64::min) / gsd_m_per_px[0] - margin_px).floor();
-        let right = (extreme(0, f64::max) / gsd_m_per_px[0] + margin_px).ceil();
-        let top = (-extreme(1, f64::max) / gsd_m_per_px[1] - margin_px).floor();
-        let bottom = (-extreme(1, f64::min) / gsd_m_per_px[1] + margin_px).ceil();
+        let left = (extreme(|c| c.east_m, f64::min) / gsd_m_per_px[0] - margin_px).floor();
+        let right = (extreme(|c| c.east_m, f64::max) / gsd_m_per_px[0] + margin_px).ceil();
+        let top = (-extreme(|c| c.north_m, f64::max) / gsd_m_per_px[1] - margin_px).floor();
+        let bottom = (-extreme(|c| c.north_m, f64::min) / gsd_m_per_px[1] + margin_px).ceil();
         Some(Self {
             width_px: (right - left) as usize,
             height_px: (bottom - top) as usize,
@@ -51,25 +54,25 @@ impl GroundGrid {
         })
     }
 
-    /// Metres east and north of the nadir at a position of the grid, pixels.
-    pub fn enu_from_grid(&self, position_px: [f64; 2]) -> [f64; 2] {
-        [
-            (position_px[0] - self.nadir_px[0]) * self.gsd_m_per_px[0],
-            (self.nadir_px[1] - position_px[1]) * self.gsd_m_per_px[1],
-        ]
+    /// The offset from the nadir of a position of the grid, pixels.
+    pub fn enu_from_grid(&self, position_px: [f64; 2]) -> Enu {
+        Enu {
+            east_m: (position_px[0] - self.nadir_px[0]) * self.gsd_m_per_px[0],
+            north_m: (self.nadir_px[1] - position_px[1]) * self.gsd_m_per_px[1],
+        }
     }
 }
 
-/// The frame on a grid under a heading (radians clockwise from north of the image's upper edge). The frame should
-/// be about as sharp as the grid: sampling is bilinear and does not average. Pixels whose sample would reach beyond
-/// the frame's edge are masked.
+/// Resamples a frame onto a grid. `heading_rad` is the direction of the image's upper edge, radians clockwise from north.
+/// The frame should be about as sharp as the grid, because sampling is bilinear and does not average. A pixel is masked
+/// where its sample would reach beyond the frame's edge.
 pub fn render(frame: &Gray, camera: &Camera, heading_rad: f64, grid: &GroundGrid) -> GroundView {
     let (width, height) = (grid.width_px, grid.height_px);
     let mut gray = Gray::filled(width, height, 0.0);
     let mut mask = Mask::filled(width, height, false);
-    let knots = Knots::new(camera, heading_rad, grid);
+    let knots = KnotGrid::new(camera, heading_rad, grid);
     let mut line = vec![[0f32; 2]; knots.columns];
-    let mut row = Row::new(width);
+    let mut row = SampleRow::new(width);
     for y in 0..height {
         knots.line(y, &mut line);
         place_row(&line, [frame.width_px(), frame.height_px()], &mut row);
@@ -79,9 +82,9 @@ pub fn render(frame: &Gray, camera: &Camera, heading_rad: f64, grid: &GroundGrid
     GroundView { gray, mask, grid: *grid }
 }
 
-/// Of each pixel of a row: the frame's pixel to its upper left (`OUTSIDE` where the frame does not cover it) and how far
-/// on towards the next, in [0, 1].
-struct Row {
+/// Sampling positions of a row of grid pixels: column and row of the frame's pixel to the upper left (the column is
+/// `OUTSIDE` where the frame does not cover the grid pixel), and the fractions in [0, 1] towards the next pixel.
+struct SampleRow {
     columns: Vec<u32>,
     rows: Vec<u32>,
     right: Vec<f32>,
@@ -90,17 +93,17 @@ struct Row {
 
 const OUTSIDE: u32 = u32::MAX;
 
-impl Row {
+impl SampleRow {
     fn new(width: usize) -> Self {
         Self { columns: vec![0; width], rows: vec![0; width], right: vec![0.0; width], down: vec![0.0; width] }
     }
 }
 
-/// Where a row's pixels lie in a frame of `size_px`, between the knots of its line.
-fn place_row(line: &[[f32; 2]], size_px: [usize; 2], row: &mut Row) {
+/// Computes the sampling positions of a row in a frame of `size_px` from the knots of its line.
+fn place_row(line: &[[f32; 2]], size_px: [usize; 2], row: &mut SampleRow) {
     let fractions: [f32; KNOT_PX] = std::array::from_fn(|i| i as f32 / KNOT_PX as f32);
     let most = size_px.map(|n| n as f32 - 1.0);
-    // A sample on the very last pixel is taken from the one before it.
+    // A sample on the last pixel is interpolated from the pixel before it.
     let last = size_px.map(|n| n.saturating_sub(2) as u32);
     let cells = row.columns.chunks_mut(KNOT_PX).zip(row.rows.chunks_mut(KNOT_PX));
     let cells = cells.zip(row.right.chunks_mut(KNOT_PX).zip(row.down.chunks_mut(KNOT_PX)));
@@ -117,8 +120,8 @@ fn place_row(line: &[[f32; 2]], size_px: [usize; 2], row: &mut Row) {
     }
 }
 
-/// Bilinear samples of the pixels that the frame covers; the others stay as they are.
-fn sample_row(frame: &Gray, row: &Row, out: &mut [f32], mask: &mut [u8]) {
+/// Samples the frame bilinearly at the positions of a row. Pixels that the frame does not cover keep their value.
+fn sample_row(frame: &Gray, row: &SampleRow, out: &mut [f32], mask: &mut [u8]) {
     let (width, values) = (frame.width_px(), frame.values());
     let (right_px, below_px) = (usize::from(width > 1), if frame.height_px() > 1 { width } else { 0 });
     for (x, (out, mask)) in out.iter_mut().zip(mask).enumerate() {
@@ -134,31 +137,29 @@ fn sample_row(frame: &Gray, row: &Row, out: &mut [f32], mask: &mut [u8]) {
     }
 }
 
-/// Frame positions at every `KNOT_PX`-th grid pixel centre; NaN where the camera does not see.
-struct Knots {
+/// Frame positions at every `KNOT_PX`-th grid pixel centre; NaN where the frame does not show the ground.
+struct KnotGrid {
     columns: usize,
     positions: Vec<[f32; 2]>,
 }
 
-impl Knots {
+impl KnotGrid {
     fn new(camera: &Camera, heading_rad: f64, grid: &GroundGrid) -> Self {
         let columns = grid.width_px / KNOT_PX + 2;
         let rows = grid.height_px / KNOT_PX + 2;
-        let (sin, cos) = heading_rad.sin_cos();
+        let frame = BodyFrame::from_heading_rad(heading_rad);
         let mut positions = Vec::with_capacity(columns * rows);
         for j in 0..rows {
             for i in 0..columns {
                 let centre = [(i * KNOT_PX) as f64 + 0.5, (j * KNOT_PX) as f64 + 0.5];
-                let [east_m, north_m] = grid.enu_from_grid(centre);
-                let (right_m, ahead_m) = (east_m * cos - north_m * sin, east_m * sin + north_m * cos);
-                let seen = camera.frame_from_level(right_m, ahead_m);
+                let seen = camera.frame_from_body(frame.body_from_enu(grid.enu_from_grid(centre)));
                 positions.push(seen.map_or([f32::NAN; 2], |p| [p[0] as f32, p[1] as f32]));
             }
         }
         Self { columns, positions }
     }
 
-    /// The knots' positions on a row of pixels between two rows of knots.
+    /// Interpolates the knots' positions at a row of pixels between two rows of knots.
     fn line(&self, y: usize, line: &mut [[f32; 2]]) {
         let (j, fraction) = (y / KNOT_PX, (y % KNOT_PX) as f32 / KNOT_PX as f32);
         let (above, below) = (&self.positions[j * self.columns..], &self.positions[(j + 1) * self.columns..]);
@@ -166,12 +167,6 @@ impl Knots {
             *out = std::array::from_fn(|axis| above[axis] + (below[axis] - above[axis]) * fraction);
         }
     }
-}
-
-/// Right and ahead to east and north.
-fn east_north(level: [f64; 2], heading_rad: f64) -> [f64; 2] {
-    let (sin, cos) = heading_rad.sin_cos();
-    [level[0] * cos + level[1] * sin, level[1] * cos - level[0] * sin]
 }
 
 #[cfg(test)]

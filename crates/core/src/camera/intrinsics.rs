@@ -1,9 +1,9 @@
-//! `Intrinsics`: a pinhole with OpenCV's distortion model.
+//! `Intrinsics`: a pinhole camera with OpenCV's distortion model.
 
 use super::CameraError;
 use serde::{Deserialize, Serialize};
 
-/// A pinhole camera, as `camera.toml` spells it. Pixels are counted from the image's upper-left corner.
+/// A pinhole camera, with the keys of `camera.toml`. Pixels are counted from the image's upper-left corner.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Intrinsics {
@@ -13,24 +13,24 @@ pub struct Intrinsics {
     pub height_px: u32,
     /// Focal length, pixels.
     pub focal_length_px: f64,
-    /// Principal point from the image's corner, pixels.
+    /// Principal point, pixels from the image's corner.
     pub principal_point_px: [f64; 2],
-    /// k1, k2, p1, p2, k3.
+    /// The coefficients k1, k2, p1, p2, k3 of OpenCV's model.
     #[serde(default)]
     pub distortion: [f64; 5],
 }
 
 impl Intrinsics {
-    /// A camera without distortion whose principal point is the image's middle.
+    /// Makes a camera without distortion and with its principal point in the middle of the image.
     pub fn centred(width_px: u32, height_px: u32, focal_length_px: f64) -> Self {
         let principal_point_px = [f64::from(width_px) / 2.0, f64::from(height_px) / 2.0];
         Self { width_px, height_px, focal_length_px, principal_point_px, distortion: [0.0; 5] }
     }
 
-    /// Refuses what cannot be a camera.
+    /// Checks that the values describe a camera.
     ///
     /// # Errors
-    /// A zero size, a focal length that is not positive, or anything not finite.
+    /// [`CameraError`] for a size of zero, a focal length that is not positive, or a value that is not finite.
     pub fn check(&self) -> Result<(), CameraError> {
         let positive = |name, value: f64| {
             if value.is_finite() && value > 0.0 { Ok(()) } else { Err(CameraError::NotPositive { name, value }) }
@@ -45,10 +45,11 @@ impl Intrinsics {
         }
     }
 
-    /// The same camera for a frame delivered at another size.
+    /// Scales the camera to a frame delivered at another size.
     ///
     /// # Errors
-    /// Where the frame's aspect differs by more than 1 %: then it is a crop and these intrinsics do not hold.
+    /// [`CameraError::OtherAspect`] where the frame's aspect differs by more than 1 %: the frame is then a crop, and these
+    /// intrinsics do not apply.
     pub fn scaled_to(&self, width_px: u32, height_px: u32) -> Result<Self, CameraError> {
         let (sx, sy) =
             (f64::from(width_px) / f64::from(self.width_px), f64::from(height_px) / f64::from(self.height_px));
@@ -70,8 +71,8 @@ impl Intrinsics {
         })
     }
 
-    /// Where a ray (x / z, y / z), x right and y down, falls on the frame, pixels; `None` where it lies so far out
-    /// that the distortion polynomial turns back.
+    /// The frame position, pixels, of a ray (x / z, y / z) with x right and y down; `None` beyond the radius at which the
+    /// distortion polynomial turns back.
     ///
     /// # References
     /// OpenCV, camera calibration: x'' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2).
@@ -90,8 +91,8 @@ impl Intrinsics {
         Some([cx + self.focal_length_px * xd, cy + self.focal_length_px * yd])
     }
 
-    /// The ray (x / z, y / z) that falls on a frame pixel: the inverse of [`Intrinsics::frame_from_ray`], by
-    /// fixed-point iteration.
+    /// The ray (x / z, y / z) of a frame position, pixels: the inverse of [`Intrinsics::frame_from_ray`], by fixed-point
+    /// iteration.
     pub fn ray_from_frame(&self, pixel: [f64; 2]) -> [f64; 2] {
         let [cx, cy] = self.principal_point_px;
         let target = [(pixel[0] - cx) / self.focal_length_px, (pixel[1] - cy) / self.focal_length_px];

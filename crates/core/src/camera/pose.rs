@@ -1,68 +1,11 @@
-//! How the camera looked: `View` as stated, `Camera` with its heading fixed.
+//! `View`, the stated attitude and scale of a frame, and `Camera`, the projection that follows from a view.
 
-use super::Intrinsics;
+use super::{CameraError, Intrinsics};
+use crate::geodesy::BodyOffset;
 use nalgebra::{Matrix3, Vector3};
 
-/// Why a stated view cannot be used.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CameraError {
-    /// A length or size that must be positive is not.
-    #[error("{name} = {value} must be a positive number")]
-    NotPositive {
-        /// Its name as callers spell it.
-        name: &'static str,
-        /// What was given.
-        value: f64,
-    },
-    /// A value is NaN or infinite.
-    #[error("{name} = {value} is not a finite number")]
-    NotFinite {
-        /// Its name as callers spell it.
-        name: &'static str,
-        /// What was given.
-        value: f64,
-    },
-    /// The camera looks at or above the horizon with some of its pixels.
-    #[error(
-        "pitch_deg = {pitch_deg:.1}, roll_deg = {roll_deg:.1} is too far off nadir; at most {limit_deg} degrees each"
-    )]
-    TooFarOffNadir {
-        /// Stated pitch, degrees.
-        pitch_deg: f64,
-        /// Stated roll, degrees.
-        roll_deg: f64,
-        /// The bound, degrees.
-        limit_deg: f64,
-    },
-    /// The frame is not the camera's whole image.
-    #[error(
-        "the frame is {width_px} x {height_px} px but the camera is {expected_width_px} x {expected_height_px} px; state the intrinsics of the frame itself"
-    )]
-    OtherAspect {
-        /// Columns of the frame.
-        width_px: u32,
-        /// Rows of the frame.
-        height_px: u32,
-        /// Columns of the camera.
-        expected_width_px: u32,
-        /// Rows of the camera.
-        expected_height_px: u32,
-    },
-}
-
-impl CameraError {
-    /// A stable word for scripts and HTTP.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::NotPositive { .. } | Self::NotFinite { .. } => "bad_camera",
-            Self::TooFarOffNadir { .. } => "too_far_off_nadir",
-            Self::OtherAspect { .. } => "camera_does_not_fit_frame",
-        }
-    }
-}
-
-/// What is known of how the camera looked when a frame was taken. Positive pitch looks ahead (towards the image's
-/// upper edge), positive roll looks to the left; both zero is straight down.
+/// The stated attitude and scale of a frame. Positive pitch looks ahead (towards the image's upper edge), positive roll
+/// looks to the left; with both zero the camera looks straight down.
 #[derive(Debug, Clone, PartialEq)]
 pub enum View {
     /// Straight down with square pixels: ground metres per pixel of the frame.
@@ -84,7 +27,7 @@ pub enum View {
 }
 
 impl View {
-    /// The view of a frame whose pixels are each `reduction` x `reduction` of those that this is stated for.
+    /// The view of the same frame reduced in size: each of its pixels covers `reduction` x `reduction` of the stated ones.
     pub fn reduced(self, reduction: u32) -> Self {
         match self {
             Self::Nadir { gsd_m_per_px } => Self::Nadir { gsd_m_per_px: gsd_m_per_px * f64::from(reduction) },
@@ -94,30 +37,32 @@ impl View {
     }
 }
 
-/// Pitch and roll beyond this are refused: the flat ground seen so obliquely is no map.
+/// The limit of pitch and roll: beyond it a view of flat ground cannot be compared with a map.
 const MAX_OFF_NADIR_DEG: f64 = 45.0;
 
-/// A camera over flat ground: intrinsics for the frame at hand, height, and attitude except for the heading.
+/// The projection between a frame and flat ground: intrinsics at the frame's size, height, pitch and roll. The heading
+/// is not part of the camera: ground points are offsets in the aircraft's own level axes from the nadir.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     intrinsics: Intrinsics,
     height_agl_m: f64,
-    /// Rows: the camera's right, down and forward axes in the level frame (right, ahead, up) of heading zero.
-    camera_from_level: Matrix3<f64>,
+    /// Rows: the camera's right, down and forward axes in the aircraft's level axes (right, ahead, up).
+    camera_from_body: Matrix3<f64>,
 }
 
 impl Camera {
-    /// The camera that took a frame of this size under the stated view.
+    /// Makes the camera of a frame of this size under the stated view.
     ///
     /// # Errors
-    /// Sizes, heights or angles that no camera over the ground can have.
+    /// [`CameraError`] where a size, length or angle is out of its range, or where the frame has another aspect than the
+    /// stated intrinsics.
     pub fn new(view: &View, width_px: u32, height_px: u32) -> Result<Self, CameraError> {
         match view {
             View::Nadir { gsd_m_per_px } => {
                 positive("gsd_m_per_px", *gsd_m_per_px)?;
                 let intrinsics = Intrinsics::centred(width_px, height_px, 1.0 / gsd_m_per_px);
                 intrinsics.check()?;
-                Ok(Self { intrinsics, height_agl_m: 1.0, camera_from_level: camera_from_level(0.0, 0.0) })
+                Ok(Self { intrinsics, height_agl_m: 1.0, camera_from_body: camera_from_body(0.0, 0.0) })
             }
             View::Posed { intrinsics, height_agl_m, pitch_rad, roll_rad } => {
                 intrinsics.check()?;
@@ -133,7 +78,7 @@ impl Camera {
                 Ok(Self {
                     intrinsics: intrinsics.scaled_to(width_px, height_px)?,
                     height_agl_m: *height_agl_m,
-                    camera_from_level: camera_from_level(*pitch_rad, *roll_rad),
+                    camera_from_body: camera_from_body(*pitch_rad, *roll_rad),
                 })
             }
         }
@@ -171,39 +116,42 @@ impl Camera {
         self.height_agl_m / self.intrinsics.focal_length_px
     }
 
-    /// Where a ground point, metres right of and ahead of the nadir, falls on the frame, pixels; `None` behind the
-    /// camera or outside the lens model.
-    pub fn frame_from_level(&self, right_m: f64, ahead_m: f64) -> Option<[f64; 2]> {
-        let p = self.camera_from_level * Vector3::new(right_m, ahead_m, -self.height_agl_m);
+    /// The frame position, pixels, of a ground point given by its offset from the nadir; `None` behind the camera or
+    /// outside the lens model.
+    pub fn frame_from_body(&self, ground: BodyOffset) -> Option<[f64; 2]> {
+        let p = self.camera_from_body * Vector3::new(ground.right_m, ground.ahead_m, -self.height_agl_m);
         (p.z > 1e-9 * self.height_agl_m).then(|| self.intrinsics.frame_from_ray([p.x / p.z, p.y / p.z])).flatten()
     }
 
-    /// The ground point seen by a frame pixel, metres right of and ahead of the nadir; `None` above the horizon.
-    pub fn level_from_frame(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
+    /// The ground point at a frame position, pixels, as an offset from the nadir; `None` above the horizon.
+    pub fn body_from_frame(&self, pixel: [f64; 2]) -> Option<BodyOffset> {
         let [x, y] = self.intrinsics.ray_from_frame(pixel);
-        let ray = self.camera_from_level.transpose() * Vector3::new(x, y, 1.0);
-        (ray.z < -1e-6).then(|| [-ray.x / ray.z * self.height_agl_m, -ray.y / ray.z * self.height_agl_m])
+        let ray = self.camera_from_body.transpose() * Vector3::new(x, y, 1.0);
+        (ray.z < -1e-6).then(|| BodyOffset {
+            right_m: -ray.x / ray.z * self.height_agl_m,
+            ahead_m: -ray.y / ray.z * self.height_agl_m,
+        })
     }
 
-    /// The ground point in the middle of the image, metres right of and ahead of the nadir.
-    pub fn image_centre_in_level(&self) -> Option<[f64; 2]> {
+    /// The ground point in the middle of the image, as an offset from the nadir; `None` above the horizon.
+    pub fn image_centre_in_body(&self) -> Option<BodyOffset> {
         let (w, h) = self.frame_size_px();
-        self.level_from_frame([f64::from(w) / 2.0, f64::from(h) / 2.0])
+        self.body_from_frame([f64::from(w) / 2.0, f64::from(h) / 2.0])
     }
 
-    /// The frame's corners on the ground, metres right and ahead, clockwise from the upper left; `None` where one
+    /// The frame's corners on the ground, as offsets from the nadir, clockwise from the upper left; `None` where a corner
     /// looks above the horizon.
-    pub fn footprint_in_level(&self) -> Option<[[f64; 2]; 4]> {
+    pub fn footprint_in_body(&self) -> Option<[BodyOffset; 4]> {
         let (w, h) = self.frame_size_px();
         let (w, h) = (f64::from(w), f64::from(h));
-        let corner = |x, y| self.level_from_frame([x, y]);
+        let corner = |x, y| self.body_from_frame([x, y]);
         Some([corner(0.0, 0.0)?, corner(w, 0.0)?, corner(w, h)?, corner(0.0, h)?])
     }
 }
 
-/// Rows right, down, forward of the camera in (right, ahead, up): pitch about the right axis, then roll about the
-/// new ahead axis.
-fn camera_from_level(pitch_rad: f64, roll_rad: f64) -> Matrix3<f64> {
+/// The camera's axes right, down and forward as rows in (right, ahead, up): pitch about the right axis, then roll about
+/// the new ahead axis.
+fn camera_from_body(pitch_rad: f64, roll_rad: f64) -> Matrix3<f64> {
     let (sp, cp) = pitch_rad.sin_cos();
     let (sr, cr) = roll_rad.sin_cos();
     let right = Vector3::x();
@@ -234,24 +182,24 @@ mod tests {
 
     #[test]
     fn straight_down_the_upper_edge_is_ahead() {
-        let ground = posed(0.0, 0.0).level_from_frame([200.0, 0.0]).unwrap();
-        assert!((ground[0]).abs() < 1e-9 && (ground[1] - 300.0).abs() < 1e-9);
+        let ground = posed(0.0, 0.0).body_from_frame([200.0, 0.0]).unwrap();
+        assert!(ground.right_m.abs() < 1e-9 && (ground.ahead_m - 300.0).abs() < 1e-9);
     }
 
     #[test]
     fn positive_pitch_looks_ahead_and_positive_roll_looks_left() {
-        let pitched = posed(10.0, 0.0).image_centre_in_level().unwrap();
-        assert!((pitched[1] - 1000.0 * 10f64.to_radians().tan()).abs() < 1e-6 && pitched[0].abs() < 1e-9);
-        let rolled = posed(0.0, 10.0).image_centre_in_level().unwrap();
-        assert!((rolled[0] + 1000.0 * 10f64.to_radians().tan()).abs() < 1e-6 && rolled[1].abs() < 1e-9);
+        let aside_m = 1000.0 * 10f64.to_radians().tan();
+        let pitched = posed(10.0, 0.0).image_centre_in_body().unwrap();
+        assert!((pitched.ahead_m - aside_m).abs() < 1e-6 && pitched.right_m.abs() < 1e-9);
+        let rolled = posed(0.0, 10.0).image_centre_in_body().unwrap();
+        assert!((rolled.right_m + aside_m).abs() < 1e-6 && rolled.ahead_m.abs() < 1e-9);
     }
 
     #[test]
     fn ground_and_frame_are_inverse() {
         let camera = posed(7.0, -4.0);
         for pixel in [[10.0, 20.0], [390.0, 280.0], [200.0, 150.0]] {
-            let [right_m, ahead_m] = camera.level_from_frame(pixel).unwrap();
-            let back = camera.frame_from_level(right_m, ahead_m).unwrap();
+            let back = camera.frame_from_body(camera.body_from_frame(pixel).unwrap()).unwrap();
             assert!((back[0] - pixel[0]).hypot(back[1] - pixel[1]) < 1e-9);
         }
     }

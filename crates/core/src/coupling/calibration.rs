@@ -130,7 +130,7 @@ impl Calibration {
     /// # Example
     /// Images of twice the compared edge are compared at half their size: a pixel of drift is two of theirs.
     /// ```
-    /// let c = crate::coupling::Calibration::PROJECT;
+    /// let c = overfly_core::coupling::Calibration::PROJECT;
     /// let [small, large] = [720.0, 1440.0].map(|edge| c.unit_drift_m(edge, edge, 0.5, 100.0).unwrap());
     /// assert!((large / small - 2.0).abs() < 1e-12);
     /// ```
@@ -160,7 +160,7 @@ impl PixelDriftLaw {
     ///
     /// # Example
     /// ```
-    /// let law = crate::coupling::PixelDriftLaw { pair_drift_px: 4.0, floor_px: 0.3 };
+    /// let law = overfly_core::coupling::PixelDriftLaw { pair_drift_px: 4.0, floor_px: 0.3 };
     /// assert!((law.drift_px(100.0) - 0.5).abs() < 1e-12);
     /// ```
     pub fn drift_px(&self, matched_count: f64) -> f64 {

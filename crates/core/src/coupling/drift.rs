@@ -32,7 +32,7 @@ impl DriftGrowth {
     ///
     /// # Example
     /// ```
-    /// use crate::coupling::DriftGrowth;
+    /// use overfly_core::coupling::DriftGrowth;
     /// assert_eq!(DriftGrowth::Linear.drift_m(25.0, 0.4), Ok(10.0));
     /// assert_eq!(DriftGrowth::SquareRoot.drift_m(25.0, 0.4), Ok(2.0));
     /// ```
@@ -78,7 +78,7 @@ impl DriftLaw {
     ///
     /// # Example
     /// ```
-    /// let unit_drift_m = crate::coupling::DriftLaw::of_the_paper().unit_drift_m(600.0).unwrap();
+    /// let unit_drift_m = overfly_core::coupling::DriftLaw::of_the_paper().unit_drift_m(600.0).unwrap();
     /// assert!((unit_drift_m - 1.0).abs() < 1e-12);
     /// ```
     ///

@@ -92,7 +92,7 @@ impl RelativeCost {
     /// # Example
     /// 1000 descriptors of 234 microseconds, 9 ms, a million comparisons of 20 ns, 1 microsecond each, 2 ms.
     /// ```
-    /// let cost = crate::coupling::RelativeCost {
+    /// let cost = overfly_core::coupling::RelativeCost {
     ///     seconds_per_descriptor: 234e-6, load_s: 9e-3, pair_comparison_s: 20e-9,
     ///     threshold_s_per_descriptor: 1e-6, estimate_s: 2e-3,
     /// };

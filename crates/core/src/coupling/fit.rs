@@ -7,7 +7,7 @@
 ///
 /// # Example
 /// ```
-/// let [constant, slope] = crate::coupling::fit_line(&[(1.0, 5.0), (2.0, 7.0), (10.0, 23.0)]).unwrap();
+/// let [constant, slope] = overfly_core::coupling::fit_line(&[(1.0, 5.0), (2.0, 7.0), (10.0, 23.0)]).unwrap();
 /// assert!((constant - 3.0).abs() < 1e-9 && (slope - 2.0).abs() < 1e-9);
 /// ```
 pub fn fit_line(points: &[(f64, f64)]) -> Option<[f64; 2]> {
@@ -40,7 +40,7 @@ pub fn fit_line(points: &[(f64, f64)]) -> Option<[f64; 2]> {
 ///
 /// # Example
 /// ```
-/// assert_eq!(crate::coupling::fit_slope(&[(2.0, 6.0), (5.0, 15.0)]), Some(3.0));
+/// assert_eq!(overfly_core::coupling::fit_slope(&[(2.0, 6.0), (5.0, 15.0)]), Some(3.0));
 /// ```
 pub fn fit_slope(points: &[(f64, f64)]) -> Option<f64> {
     let shares: Vec<f64> = points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0).map(|(x, y)| x / y).collect();
@@ -54,7 +54,7 @@ pub fn fit_slope(points: &[(f64, f64)]) -> Option<f64> {
 /// # Example
 /// ```
 /// let points = [(1.0, 2.0), (2.0, 4.0), (3.0, 6.0)];
-/// assert_eq!(crate::coupling::r_squared(&points, |x| 2.0 * x), Some(1.0));
+/// assert_eq!(overfly_core::coupling::r_squared(&points, |x| 2.0 * x), Some(1.0));
 /// ```
 pub fn r_squared(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<f64> {
     let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len() as f64;
@@ -69,7 +69,7 @@ pub fn r_squared(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<f64>
 ///
 /// # Example
 /// ```
-/// let p = crate::coupling::fit_power(&[(1.0, 3.0), (10.0, 300.0), (100.0, 3e4)]).unwrap();
+/// let p = overfly_core::coupling::fit_power(&[(1.0, 3.0), (10.0, 300.0), (100.0, 3e4)]).unwrap();
 /// assert!((p - 2.0).abs() < 1e-12);
 /// ```
 pub fn fit_power(points: &[(f64, f64)]) -> Option<f64> {

@@ -12,7 +12,7 @@ use super::error::{not_negative, positive};
 /// # Example
 /// 90 degrees see twice the height.
 /// ```
-/// let along_m = crate::coupling::ground_extent_m(500.0, 90f64.to_radians()).unwrap();
+/// let along_m = overfly_core::coupling::ground_extent_m(500.0, 90f64.to_radians()).unwrap();
 /// assert!((along_m - 1000.0).abs() < 1e-9);
 /// ```
 ///
@@ -48,7 +48,7 @@ pub fn scan_limit_s(along_m: f64, speed_mps: f64) -> Result<f64, CouplingError> 
 /// # Example
 /// Images of 600 m at 30 m/s share a quarter after 15 s.
 /// ```
-/// assert_eq!(crate::coupling::overlap_limit_s(600.0, 30.0, 0.25), Ok(15.0));
+/// assert_eq!(overfly_core::coupling::overlap_limit_s(600.0, 30.0, 0.25), Ok(15.0));
 /// ```
 pub fn overlap_limit_s(along_m: f64, speed_mps: f64, overlap: f64) -> Result<f64, CouplingError> {
     if !(0.0..1.0).contains(&overlap) {

@@ -48,7 +48,7 @@ pub fn mission_of_one_failure_s(failure_probability: f64, cycle_s: f64) -> Resul
 /// # Example
 /// Of 1000 with p = 0.001 one failure is expected, and none happens with 36.8 %.
 /// ```
-/// let chance = crate::coupling::chance_of_no_failure(0.001, 1000.0).unwrap();
+/// let chance = overfly_core::coupling::chance_of_no_failure(0.001, 1000.0).unwrap();
 /// assert!((chance - 0.36770).abs() < 1e-5);
 /// ```
 ///

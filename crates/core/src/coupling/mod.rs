@@ -41,6 +41,6 @@ pub use sequence::{ExecutionSequence, FixedPoints};
 pub use sequential::Sequential;
 pub use tiles::{mean_tile_count, seconds_per_image};
 pub use turning::{
-    TurnPoint, circle_wing_area_m2, end_curve_area_m2, end_curve_area_paper_m2, shown_area_m2, swept_area_m2,
-    swept_area_paper_m2, turn_point, turned_rad, wing_area_m2,
+    circle_wing_area_m2, end_curve_area_m2, end_curve_area_paper_m2, shown_area_m2, swept_area_m2, swept_area_paper_m2,
+    turn_point, turned_rad, wing_area_m2,
 };

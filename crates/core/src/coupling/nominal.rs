@@ -25,7 +25,7 @@ pub fn region_edges_m(across_m: f64, along_m: f64, inaccuracy_m: f64, drift_m: f
 /// # Example
 /// A 600 x 400 m image, 100 m of inaccuracy, 150 m of drift: (1000 x 800) / (600 x 400).
 /// ```
-/// let n = crate::coupling::nominal_count_sequential(600.0, 400.0, 100.0, 150.0);
+/// let n = overfly_core::coupling::nominal_count_sequential(600.0, 400.0, 100.0, 150.0);
 /// assert!((n - 10.0 / 3.0).abs() < 1e-12);
 /// ```
 ///
@@ -49,7 +49,7 @@ pub const PAPER_TURN_RAD: f64 = 1.0;
 /// # Example
 /// 500 m of flight, no tighter than 1000 m, a 600 x 400 m image: (2 x 500^3 / 3000 + 600 x 500) / (600 x 400).
 /// ```
-/// # use crate::coupling::nominal_count_combined;
+/// # use overfly_core::coupling::nominal_count_combined;
 /// let n = nominal_count_combined(600.0, 400.0, 500.0, 1000.0).unwrap().unwrap();
 /// assert!((n - (250_000.0 / 3.0 + 300_000.0) / 240_000.0).abs() < 1e-9);
 /// assert_eq!(nominal_count_combined(600.0, 400.0, 1001.0, 1000.0), Ok(None));

@@ -57,7 +57,7 @@ impl Parallel {
     /// # Example
     /// A 600 x 400 m image searched in 0.3 s while a drift of 1.5 m is added every 0.2 s.
     /// ```
-    /// # use crate::coupling::*;
+    /// # use overfly_core::coupling::*;
     /// # let parameters = CouplingParameters {
     /// #     across_m: 600.0, along_m: 400.0, inaccuracy_m: 20.0, unit_drift_m: 1.5, drift_growth: DriftGrowth::Linear,
     /// #     seconds_per_tile: 0.3, search_constant_s: 0.0, relative_s: 0.2, speed_mps: 40.0, min_turn_radius_m: 500.0,

@@ -74,7 +74,7 @@ impl ExecutionSequence {
     /// # Example
     /// t(k + 1) = 1 + t(k) / 2 tends to 2.
     /// ```
-    /// let halved = crate::coupling::ExecutionSequence::polynomial(1.0, 0.5, 0.0, 0.0).unwrap();
+    /// let halved = overfly_core::coupling::ExecutionSequence::polynomial(1.0, 0.5, 0.0, 0.0).unwrap();
     /// assert_eq!(halved.times_s(0.0).take(4).collect::<Vec<_>>(), [0.0, 1.0, 1.5, 1.75]);
     /// assert_eq!(halved.limit_s(0.0), Ok(2.0));
     /// ```

@@ -81,7 +81,7 @@ impl Sequential {
     /// # Example
     /// 600 x 400 m, 20 m, 0.3 s: 600 x 400^2 / (0.3 x 620 x 420).
     /// ```
-    /// # use crate::coupling::*;
+    /// # use overfly_core::coupling::*;
     /// # let parameters = CouplingParameters {
     /// #     across_m: 600.0, along_m: 400.0, inaccuracy_m: 20.0, unit_drift_m: 1.5, drift_growth: DriftGrowth::Linear,
     /// #     seconds_per_tile: 0.3, search_constant_s: 0.0, relative_s: 0.2, speed_mps: 40.0, min_turn_radius_m: 500.0,

@@ -14,7 +14,7 @@ use super::error::{not_negative, positive};
 /// # Example
 /// An image of 600 x 400 m is worth six tiles of 200 m.
 /// ```
-/// let k1_s = crate::coupling::seconds_per_image(0.02, 200.0, 600.0, 400.0).unwrap();
+/// let k1_s = overfly_core::coupling::seconds_per_image(0.02, 200.0, 600.0, 400.0).unwrap();
 /// assert!((k1_s - 0.12).abs() < 1e-12);
 /// ```
 ///
@@ -42,7 +42,7 @@ pub fn seconds_per_image(
 ///
 /// # Example
 /// ```
-/// let tiles = crate::coupling::mean_tile_count(600.0, 400.0, 600.0, 400.0, 0.0).unwrap();
+/// let tiles = overfly_core::coupling::mean_tile_count(600.0, 400.0, 600.0, 400.0, 0.0).unwrap();
 /// assert_eq!(tiles, 4.0);
 /// ```
 ///

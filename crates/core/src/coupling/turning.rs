@@ -6,16 +6,8 @@
 
 use super::CouplingError;
 use super::error::{not_negative, positive, positive_or_infinite};
+use crate::geodesy::BodyOffset;
 use std::f64::consts::FRAC_PI_2;
-
-/// A point relative to where the stretch began.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TurnPoint {
-    /// x of (23): to the right of the first heading, metres.
-    pub right_m: f64,
-    /// y of (23): along the first heading, metres.
-    pub ahead_m: f64,
-}
 
 /// Where `path_m` metres of flight lead on a circle of `radius_m` to the right; straight ahead for an infinite radius.
 ///
@@ -25,19 +17,19 @@ pub struct TurnPoint {
 /// # Example
 /// A quarter of a circle of 100 m.
 /// ```
-/// let end = crate::coupling::turn_point(100.0 * std::f64::consts::FRAC_PI_2, 100.0).unwrap();
+/// let end = overfly_core::coupling::turn_point(100.0 * std::f64::consts::FRAC_PI_2, 100.0).unwrap();
 /// assert!((end.right_m - 100.0).abs() < 1e-9 && (end.ahead_m - 100.0).abs() < 1e-9);
 /// ```
 ///
 /// # References
 /// Equation 23, with 1 - cos written as 2 sin^2 of the half angle: nothing cancels on wide circles.
-pub fn turn_point(path_m: f64, radius_m: f64) -> Result<TurnPoint, CouplingError> {
+pub fn turn_point(path_m: f64, radius_m: f64) -> Result<BodyOffset, CouplingError> {
     let turned_rad = turned_rad(path_m, radius_m)?;
     if turned_rad == 0.0 {
-        return Ok(TurnPoint { right_m: 0.0, ahead_m: path_m });
+        return Ok(BodyOffset { right_m: 0.0, ahead_m: path_m });
     }
     let half = (turned_rad / 2.0).sin();
-    Ok(TurnPoint { right_m: 2.0 * radius_m * half * half, ahead_m: radius_m * turned_rad.sin() })
+    Ok(BodyOffset { right_m: 2.0 * radius_m * half * half, ahead_m: radius_m * turned_rad.sin() })
 }
 
 /// v t_exe / R, radians: how far an aircraft turns in `path_m` metres on a circle of `radius_m`. The paper's formulas call
@@ -171,7 +163,7 @@ pub fn swept_area_m2(across_m: f64, path_m: f64, min_turn_radius_m: f64) -> Resu
 /// # Example
 /// Straight flight of 100 m with a 600 x 400 m image: 600 x 500.
 /// ```
-/// assert_eq!(crate::coupling::shown_area_m2(600.0, 400.0, 100.0, f64::INFINITY), Ok(300_000.0));
+/// assert_eq!(overfly_core::coupling::shown_area_m2(600.0, 400.0, 100.0, f64::INFINITY), Ok(300_000.0));
 /// ```
 ///
 /// # References

@@ -1,4 +1,4 @@
-//! Local east-north-up frames.
+//! `LocalFrame`: the east-north plane at a point of the ellipsoid, and `Enu`, an offset in that plane.
 
 use super::{ECCENTRICITY_SQUARED, GeodesyError, Geodetic, SEMI_MAJOR_M, SEMI_MINOR_M, normal_radius_m};
 use nalgebra::{Matrix3, Vector3};
@@ -19,9 +19,9 @@ impl Enu {
     }
 }
 
-/// The plane tangent to the ellipsoid at `origin`; points of the ellipsoid are dropped onto it along the vertical of
-/// the origin (an orthographic view), so the round trip is exact. A length d is seen short by about d^3 / (6 R^2):
-/// 4 mm at 10 km.
+/// The plane tangent to the ellipsoid at `origin`. Points of the ellipsoid are projected onto the plane along the
+/// vertical of the origin (orthographically), so the round trip is exact. The projection shortens a length d by about
+/// d^3 / (6 R^2): 4 mm at 10 km.
 #[derive(Debug, Clone, Copy)]
 pub struct LocalFrame {
     origin: Geodetic,
@@ -30,7 +30,7 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The frame whose zero is `origin`.
+    /// Makes the frame with its zero at `origin`.
     pub fn at(origin: Geodetic) -> Self {
         let (sin_lat, cos_lat) = origin.latitude_rad().sin_cos();
         let (sin_lon, cos_lon) = origin.longitude_rad().sin_cos();
@@ -43,7 +43,7 @@ impl LocalFrame {
         Self { origin, origin_in_ecef: ecef_from_geodetic(origin), enu_from_ecef }
     }
 
-    /// The point that this frame calls zero.
+    /// The zero of the frame.
     pub fn origin(&self) -> Geodetic {
         self.origin
     }
@@ -57,7 +57,7 @@ impl LocalFrame {
     /// The point of the ellipsoid at an offset.
     ///
     /// # Errors
-    /// [`GeodesyError::OffLocalFrame`] beyond the horizon of the frame (about 6,300 km) or where not finite.
+    /// [`GeodesyError::OffLocalFrame`] for an offset beyond the horizon of the frame (about 6,300 km) or not finite.
     pub fn geodetic_from_enu(&self, enu: Enu) -> Result<Geodetic, GeodesyError> {
         let off = || GeodesyError::OffLocalFrame { east_m: enu.east_m, north_m: enu.north_m };
         // The line p + u * up meets x^2 + y^2 + (z a / b)^2 = a^2: take the upper root.
@@ -83,7 +83,7 @@ fn ecef_from_geodetic(point: Geodetic) -> Vector3<f64> {
     Vector3::new(n * cos_lat * cos_lon, n * cos_lat * sin_lon, n * (1.0 - ECCENTRICITY_SQUARED) * sin_lat)
 }
 
-/// Exact on the surface: tan(latitude) = z / (p (1 - e^2)).
+/// Position of a point on the surface, where tan(latitude) = z / (p (1 - e^2)) is exact.
 fn geodetic_from_ecef_surface(x: Vector3<f64>) -> Result<Geodetic, GeodesyError> {
     let p = x.x.hypot(x.y);
     Geodetic::from_radians(x.z.atan2(p * (1.0 - ECCENTRICITY_SQUARED)), x.y.atan2(x.x))
@@ -97,7 +97,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn comes_back_from_where_it_went(lat in -89.9..89.9f64, lon in -180.0..180.0f64,
+        fn a_position_and_its_offset_are_inverse(lat in -89.9..89.9f64, lon in -180.0..180.0f64,
                                          east_m in -5e4..5e4f64, north_m in -5e4..5e4f64) {
             let frame = LocalFrame::at(Geodetic::from_degrees(lat, lon).unwrap());
             let there = frame.geodetic_from_enu(Enu { east_m, north_m }).unwrap();
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_lies_beyond_the_horizon() {
+    fn refuses_an_offset_beyond_the_horizon() {
         let frame = LocalFrame::at(Geodetic::from_degrees(10.0, 20.0).unwrap());
         assert!(frame.geodetic_from_enu(Enu { east_m: 7e6, north_m: 0.0 }).is_err());
         assert!(frame.geodetic_from_enu(Enu { east_m: f64::NAN, north_m: 0.0 }).is_err());

@@ -8,16 +8,16 @@ use geographiclib_rs::{DirectGeodesic, InverseGeodesic};
 pub struct Geodesic {
     /// Length, metres.
     pub distance_m: f64,
-    /// Azimuth at the start, radians clockwise from true north, in (-pi, pi].
+    /// Azimuth at its start, radians clockwise from true north, in (-pi, pi].
     pub azimuth_rad: f64,
 }
 
-/// The geodesic from `start` to `end`. Zero length has azimuth zero or pi, whichever the library says.
+/// The geodesic from `start` to `end`. For equal points the azimuth is zero or pi.
 ///
 /// # Example
-/// JFK to LHR, GeographicLib's own documentation: 5551.759 km.
+/// From JFK to LHR, by GeographicLib's own documentation: 5551.759 km.
 /// ```
-/// use crate::geodesy::{Geodetic, geodesic_between};
+/// use overfly_core::geodesy::{Geodetic, geodesic_between};
 /// let jfk = Geodetic::from_degrees(40.6, -73.8).unwrap();
 /// let lhr = Geodetic::from_degrees(51.6, -0.5).unwrap();
 /// assert!((geodesic_between(jfk, lhr).distance_m - 5_551_759.4).abs() < 0.1);
@@ -38,7 +38,7 @@ pub fn geodesic_between(start: Geodetic, end: Geodetic) -> Geodesic {
 /// The point reached from `start` after `geodesic.distance_m` metres at its azimuth.
 ///
 /// # Errors
-/// Where the distance or azimuth is not finite.
+/// [`GeodesyError`] where the distance or azimuth is not finite.
 pub fn destination(start: Geodetic, geodesic: Geodesic) -> Result<Geodetic, GeodesyError> {
     let (latitude_deg, longitude_deg) = geographiclib_rs::Geodesic::wgs84().direct(
         start.latitude_deg(),

@@ -1,24 +1,49 @@
-//! `Geodetic`: a point on the ellipsoid's surface. Checked at construction, so a `Geodetic` is always finite.
+//! `Geodetic`: a point on the ellipsoid's surface. Construction checks it, so a `Geodetic` is always finite.
 
 use super::GeodesyError;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// A point on the WGS84 ellipsoid, height zero. Latitude in [-pi/2, pi/2], longitude in [-pi, pi).
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A point on the WGS84 ellipsoid, height zero. Latitude in [-pi/2, pi/2], longitude in [-pi, pi). JSON spells it
+/// `{"latitude_deg": 47.0, "longitude_deg": -99.1}`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Degrees", into = "Degrees")]
 pub struct Geodetic {
     latitude_rad: f64,
     longitude_rad: f64,
 }
 
+/// A position as files and answers spell it.
+#[derive(Serialize, Deserialize)]
+struct Degrees {
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+impl TryFrom<Degrees> for Geodetic {
+    type Error = GeodesyError;
+
+    fn try_from(degrees: Degrees) -> Result<Self, GeodesyError> {
+        Self::from_degrees(degrees.latitude_deg, degrees.longitude_deg)
+    }
+}
+
+impl From<Geodetic> for Degrees {
+    fn from(point: Geodetic) -> Self {
+        Self { latitude_deg: point.latitude_deg(), longitude_deg: point.longitude_deg() }
+    }
+}
+
 impl Geodetic {
-    /// The point at geodetic latitude and longitude in degrees; longitude is wrapped to [-180, 180).
+    /// Makes the point at a geodetic latitude and longitude in degrees. Wraps the longitude to [-180, 180).
     ///
     /// # Errors
-    /// Latitude outside [-90, 90], longitude outside [-360, 360], or either not finite.
+    /// [`GeodesyError::Latitude`] outside [-90, 90], [`GeodesyError::Longitude`] outside [-360, 360]; so for values that
+    /// are not finite.
     ///
     /// # Example
     /// ```
-    /// let p = crate::geodesy::Geodetic::from_degrees(47.0, 190.0).unwrap();
+    /// let p = overfly_core::geodesy::Geodetic::from_degrees(47.0, 190.0).unwrap();
     /// assert_eq!(p.longitude_deg(), -170.0);
     /// ```
     pub fn from_degrees(latitude_deg: f64, longitude_deg: f64) -> Result<Self, GeodesyError> {
@@ -32,7 +57,7 @@ impl Geodetic {
         Ok(Self { latitude_rad: latitude_deg.to_radians(), longitude_rad: wrapped_deg.to_radians() })
     }
 
-    /// The point at geodetic latitude and longitude in radians; longitude is wrapped to [-pi, pi).
+    /// Makes the point at a geodetic latitude and longitude in radians. Wraps the longitude to [-pi, pi).
     ///
     /// # Errors
     /// As [`Geodetic::from_degrees`].
@@ -71,6 +96,21 @@ impl Geodetic {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn is_written_and_read_in_degrees() {
+        #[derive(Serialize, Deserialize)]
+        struct Fix {
+            #[serde(flatten)]
+            position: Geodetic,
+            score: f64,
+        }
+        let position = Geodetic::from_degrees(45.0, -90.0).unwrap();
+        let text = toml::to_string(&Fix { position, score: 2.0 }).unwrap();
+        assert_eq!(text, "latitude_deg = 45.0\nlongitude_deg = -90.0\nscore = 2.0\n");
+        assert_eq!(toml::from_str::<Fix>(&text).unwrap().position, position);
+        assert!(toml::from_str::<Fix>(&text.replace("45", "95")).is_err());
+    }
 
     #[test]
     fn refuses_what_is_not_a_position() {

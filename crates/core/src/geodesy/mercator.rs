@@ -1,19 +1,14 @@
-//! Web Mercator (EPSG:3857): the tile matrix's plane, and the true ground length of its metres.
+//! Web Mercator (EPSG:3857): the plane of the tile matrix, and the true length on the ground of its metres.
 
-use super::{GeodesyError, Geodetic, SEMI_MAJOR_M, meridian_radius_m, normal_radius_m};
+use super::{GeodesyError, Geodetic, MAX_LATITUDE_DEG, SEMI_MAJOR_M, meridian_radius_m, normal_radius_m};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-
-/// Where the square world ends: atan(sinh(pi)), degrees.
-pub const MAX_LATITUDE_DEG: f64 = 85.051_128_779_806_6;
-/// Width of the world, metres of the projection: 2 pi a.
-pub const WORLD_M: f64 = 2.0 * PI * SEMI_MAJOR_M;
 
 /// A point of the Web Mercator plane, metres of the projection (not of the ground), x east, y north.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MercatorPoint {
-    /// East of Greenwich, in [-WORLD_M / 2, WORLD_M / 2) for points made from a `Geodetic`.
+    /// Distance east of Greenwich, in [-WORLD_M / 2, WORLD_M / 2) for points made from a `Geodetic`.
     pub x_m: f64,
-    /// North of the equator.
+    /// Distance north of the equator.
     pub y_m: f64,
 }
 
@@ -30,10 +25,10 @@ impl MercatorPoint {
         Ok(Self { x_m: SEMI_MAJOR_M * point.longitude_rad(), y_m })
     }
 
-    /// The point on the ellipsoid. x may be any number of worlds away: longitude wraps.
+    /// The point on the ellipsoid. x may lie any number of worlds away, because the longitude wraps.
     ///
     /// # Errors
-    /// Where a coordinate is not finite.
+    /// [`GeodesyError::Longitude`] where a coordinate is not finite.
     pub fn to_geodetic(self) -> Result<Geodetic, GeodesyError> {
         if !self.x_m.is_finite() || !self.y_m.is_finite() {
             return Err(GeodesyError::Longitude { longitude_deg: f64::NAN });
@@ -44,8 +39,8 @@ impl MercatorPoint {
     }
 }
 
-/// True ground metres in one metre of the projection, east and north separately: the Web Mercator of an ellipsoid is
-/// not conformal (up to 0.7 % between the two).
+/// True ground metres per metre of the projection, separately towards east and north. They differ by up to 0.7 %, because
+/// the Web Mercator projection of an ellipsoid is not conformal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundScale {
     /// Ground metres per projected metre towards east.
@@ -57,9 +52,9 @@ pub struct GroundScale {
 /// The ground scale at a latitude in radians, from the ellipsoid's radii.
 ///
 /// # Example
-/// At the equator east is 1 and north is 1 - e^2.
+/// At the equator the scale is 1 towards east and 1 - e^2 towards north.
 /// ```
-/// let s = crate::geodesy::ground_scale(0.0);
+/// let s = overfly_core::geodesy::ground_scale(0.0);
 /// assert!((s.east - 1.0).abs() < 1e-12 && (s.north - 0.993_305_62).abs() < 1e-8);
 /// ```
 pub fn ground_scale(latitude_rad: f64) -> GroundScale {

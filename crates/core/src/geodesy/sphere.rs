@@ -1,38 +1,40 @@
 //! The paper's spherical earth: a displacement seen between two images, carried over to latitude, longitude and heading
-//! by first-order steps (equations 37 to 41). It is the paper's model and is kept to be compared with; navigation uses
-//! the ellipsoid ([`LocalFrame`](super::LocalFrame)).
+//! by first-order steps (equations 37 to 41). Only tests use this model; navigation uses the ellipsoid
+//! ([`LocalFrame`](super::LocalFrame)).
 //!
-//! Against the ellipsoid a shift comes out up to 0.6 % wrong: the sphere's 6370 km stand for radii of curvature from
-//! 6335 km (meridian, equator) to 6400 km (poles), -0.46 to +0.55 %; the first-order step adds
-//! distance x tan(latitude) / 2 R, 0.05 % for 1 km at 80 degrees.
+//! Against the ellipsoid a shift is up to 0.6 % wrong: the sphere's 6370 km stand for radii of curvature from 6335 km
+//! (meridian, equator) to 6400 km (poles), -0.46 to +0.55 %; the first-order step adds distance x tan(latitude) / 2 R,
+//! 0.05 % for 1 km at 80 degrees.
 
-use super::{GeodesyError, Geodetic};
+use super::{
+    BodyFrame, BodyOffset, Geodesic, GeodesyError, Geodetic, Heading, LocalFrame, destination, geodesic_between,
+};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
 
 /// R of equation 37, metres.
 pub const SPHERE_RADIUS_M: f64 = 6_370_000.0;
 
-/// Where an image was taken and how it is turned.
+/// Position of an image's centre and azimuth of its top edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pose {
+pub struct SpherePose {
     /// Image centre.
     pub position: Geodetic,
-    /// Azimuth of the image's top edge, radians clockwise from true north, in [0, 2 pi).
-    pub heading_rad: f64,
+    /// Azimuth of the image's top edge.
+    pub heading: Heading,
 }
 
-/// What relative registration sees between two images.
+/// The motion that relative registration measures between two images.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// t_x of the paper: towards the right edge of the first image, metres.
-    pub right_m: f64,
-    /// t_y of the paper: towards the top edge of the first image, metres.
-    pub ahead_m: f64,
-    /// theta of the paper: how far the second image is turned against the first, radians, anticlockwise.
+pub struct SphereStep {
+    /// t_x and t_y of the paper: towards the right and the top edge of the first image.
+    pub offset: BodyOffset,
+    /// theta of the paper: rotation of the second image against the first, radians, anticlockwise.
     pub turn_rad: f64,
 }
 
-/// A sphere that shifts are divided by.
+/// A sphere by whose radius shifts are divided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
     radius_m: f64,
@@ -60,39 +62,29 @@ impl Sphere {
     /// # Errors
     /// Where the step leads over a pole, or is not finite.
     ///
-    /// # Example
-    /// Heading east at the equator, one degree of 6370 km is 111,177.5 m of longitude.
-    /// ```
-    /// use crate::geodesy::{Geodetic, Pose, Sphere, Step};
-    /// let start = Pose { position: Geodetic::from_degrees(0.0, 10.0).unwrap(), heading_rad: 90f64.to_radians() };
-    /// let step = Step { right_m: 0.0, ahead_m: 111_177.473_4, turn_rad: 0.0 };
-    /// let end = Sphere::GROUND.advance(start, step).unwrap();
-    /// assert!((end.position.longitude_deg() - 11.0).abs() < 1e-9 && end.position.latitude_deg().abs() < 1e-9);
-    /// ```
-    ///
     /// # References
     /// Ziaei, section V.B, equations 38 to 41 (two of them numbered 39). The paper's alpha is measured from the circle
     /// of latitude to the image's x axis, anticlockwise: alpha = -heading. (41) gives the cosine and sine of
     /// theta + alpha - sin(latitude) x longitude step to first order; the angle itself is used here.
-    pub fn advance(self, start: Pose, step: Step) -> Result<Pose, GeodesyError> {
-        let shift = geocentric_from_image(start) * Vector2::new(step.right_m, step.ahead_m);
+    pub fn advance(self, start: SpherePose, step: SphereStep) -> Result<SpherePose, GeodesyError> {
+        let shift = geocentric_from_image(start) * Vector2::new(step.offset.right_m, step.offset.ahead_m);
         let (latitude_rad, longitude_rad) = (start.position.latitude_rad(), start.position.longitude_rad());
         let (sin_lat, cos_lat) = latitude_rad.sin_cos();
         let (sin_lon, cos_lon) = longitude_rad.sin_cos();
         let north_rad = shift.y / (self.radius_m * cos_lat);
         let east_rad = (cos_lon * shift.x - sin_lon * shift.z) / (self.radius_m * cos_lat);
-        let alpha_rad = step.turn_rad - start.heading_rad - sin_lat * east_rad;
+        let alpha_rad = step.turn_rad - start.heading.radians() - sin_lat * east_rad;
         if !alpha_rad.is_finite() {
             return Err(GeodesyError::Longitude { longitude_deg: f64::NAN });
         }
         let position = Geodetic::from_radians(latitude_rad + north_rad, longitude_rad + east_rad)?;
-        Ok(Pose { position, heading_rad: (-alpha_rad).rem_euclid(std::f64::consts::TAU) })
+        Ok(SpherePose { position, heading: Heading::from_radians(-alpha_rad) })
     }
 }
 
 /// M of equation 39: image axes (right, up) in the geocentric frame of equation 37.
-pub fn geocentric_from_image(pose: Pose) -> Matrix3x2<f64> {
-    let (sin_alpha, cos_alpha) = (-pose.heading_rad).sin_cos();
+pub fn geocentric_from_image(pose: SpherePose) -> Matrix3x2<f64> {
+    let (sin_alpha, cos_alpha) = (-pose.heading.radians()).sin_cos();
     let (sin_lat, cos_lat) = pose.position.latitude_rad().sin_cos();
     let (sin_lon, cos_lon) = pose.position.longitude_rad().sin_cos();
     #[rustfmt::skip]
@@ -104,122 +96,122 @@ pub fn geocentric_from_image(pose: Pose) -> Matrix3x2<f64> {
     m
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::{Enu, LocalFrame, destination, geodesic_between};
-    use super::*;
-    use proptest::prelude::*;
-    use std::f64::consts::TAU;
+fn pose(latitude_deg: f64, longitude_deg: f64, heading_rad: f64) -> SpherePose {
+    let position = Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap();
+    SpherePose { position, heading: Heading::from_radians(heading_rad) }
+}
 
-    fn pose(latitude_deg: f64, longitude_deg: f64, heading_rad: f64) -> Pose {
-        Pose { position: Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap(), heading_rad }
-    }
+fn step(right_m: f64, ahead_m: f64, turn_rad: f64) -> SphereStep {
+    SphereStep { offset: BodyOffset { right_m, ahead_m }, turn_rad }
+}
 
-    proptest! {
-        #[test]
-        fn differs_from_the_ellipsoid_by_at_most_six_in_a_thousand(
-            lat in -80.0..80.0f64, lon in -180.0..180.0f64, heading_rad in 0.0..TAU,
-            right_m in -700.0..700.0f64, ahead_m in -700.0..700.0f64,
-        ) {
-            let start = pose(lat, lon, heading_rad);
-            let frame = LocalFrame::at(start.position);
-            let (sin, cos) = heading_rad.sin_cos();
-            let truth = Enu { east_m: right_m * cos + ahead_m * sin, north_m: ahead_m * cos - right_m * sin };
-            let end = Sphere::GROUND.advance(start, Step { right_m, ahead_m, turn_rad: 0.0 }).unwrap();
-            let found = frame.enu_from_geodetic(end.position);
-            let miss_m = (found.east_m - truth.east_m).hypot(found.north_m - truth.north_m);
-            prop_assert!(miss_m <= 0.006 * truth.length_m() + 1e-6, "{miss_m} of {}", truth.length_m());
-        }
+#[test]
+fn a_degree_of_the_equator_is_111_kilometres() {
+    // Heading east at the equator, one degree of 6370 km is 111,177.5 m of longitude.
+    let end = Sphere::GROUND.advance(pose(0.0, 10.0, 90f64.to_radians()), step(0.0, 111_177.473_4, 0.0)).unwrap();
+    assert!((end.position.longitude_deg() - 11.0).abs() < 1e-9 && end.position.latitude_deg().abs() < 1e-9);
+}
 
-        #[test]
-        fn the_image_axes_are_orthonormal_and_level(lat in -89.0..89.0f64, lon in -180.0..180.0f64, heading_rad in 0.0..TAU) {
-            let at = pose(lat, lon, heading_rad);
-            let m = geocentric_from_image(at);
-            let up = Sphere::GROUND.geocentric_from_geodetic(at.position) / SPHERE_RADIUS_M;
-            prop_assert!((m.transpose() * m - nalgebra::Matrix2::identity()).norm() < 1e-12);
-            prop_assert!((m.transpose() * up).norm() < 1e-12);
-        }
-
-        #[test]
-        fn the_heading_turns_as_a_straight_line_does(lat in -60.0..60.0f64, heading_rad in 0.0..TAU) {
-            // A geodesic's azimuth changes along it by what the meridians converge.
-            let start = pose(lat, 5.0, heading_rad);
-            let end = Sphere::GROUND.advance(start, Step { right_m: 0.0, ahead_m: 1000.0, turn_rad: 0.0 }).unwrap();
-            let line = geodesic_between(start.position, destination(start.position, super::super::Geodesic { distance_m: 2000.0, azimuth_rad: heading_rad }).unwrap());
-            let half = destination(start.position, super::super::Geodesic { distance_m: 1000.0, ..line }).unwrap();
-            let there = destination(start.position, super::super::Geodesic { distance_m: 2000.0, ..line }).unwrap();
-            let expected = geodesic_between(half, there).azimuth_rad;
-            let turn = (end.heading_rad - expected + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-            // 1000 m x tan(60) / R is 2.7e-4 rad of convergence; the sphere and the first order get it to 1 %.
-            prop_assert!(turn.abs() < 4e-6, "{turn}");
-        }
+proptest! {
+    #[test]
+    fn differs_from_the_ellipsoid_by_at_most_six_in_a_thousand(
+        lat in -80.0..80.0f64, lon in -180.0..180.0f64, heading_rad in 0.0..TAU,
+        right_m in -700.0..700.0f64, ahead_m in -700.0..700.0f64,
+    ) {
+        let start = pose(lat, lon, heading_rad);
+        let frame = LocalFrame::at(start.position);
+        let truth = BodyFrame::from_heading_rad(heading_rad).enu_from_body(BodyOffset { right_m, ahead_m });
+        let end = Sphere::GROUND.advance(start, step(right_m, ahead_m, 0.0)).unwrap();
+        let found = frame.enu_from_geodetic(end.position);
+        let miss_m = (found.east_m - truth.east_m).hypot(found.north_m - truth.north_m);
+        prop_assert!(miss_m <= 0.006 * truth.length_m() + 1e-6, "{miss_m} of {}", truth.length_m());
     }
 
     #[test]
-    fn altitude_shortens_a_ground_shift_by_h_over_r() {
-        let start = pose(45.0, 5.0, 0.0);
-        let step = Step { right_m: 0.0, ahead_m: 1000.0, turn_rad: 0.3 };
-        let north = |sphere: Sphere| {
-            sphere.advance(start, step).unwrap().position.latitude_rad() - start.position.latitude_rad()
-        };
-        let ratio = north(Sphere::at_altitude(3000.0)) / north(Sphere::GROUND);
-        assert!((1.0 - ratio - 3000.0 / (SPHERE_RADIUS_M + 3000.0)).abs() < 1e-9);
-        // theta is anticlockwise: the heading falls.
-        assert!((Sphere::GROUND.advance(start, step).unwrap().heading_rad - (TAU - 0.3)).abs() < 1e-12);
+    fn the_image_axes_are_orthonormal_and_level(lat in -89.0..89.0f64, lon in -180.0..180.0f64, heading_rad in 0.0..TAU) {
+        let at = pose(lat, lon, heading_rad);
+        let m = geocentric_from_image(at);
+        let up = Sphere::GROUND.geocentric_from_geodetic(at.position) / SPHERE_RADIUS_M;
+        prop_assert!((m.transpose() * m - nalgebra::Matrix2::identity()).norm() < 1e-12);
+        prop_assert!((m.transpose() * up).norm() < 1e-12);
     }
 
     #[test]
-    fn refuses_a_step_over_the_pole() {
-        let step = Step { right_m: 0.0, ahead_m: 1e5, turn_rad: 0.0 };
-        assert!(Sphere::GROUND.advance(pose(89.9, 0.0, 0.0), step).is_err());
-        assert!(Sphere::GROUND.advance(pose(0.0, 0.0, 0.0), Step { right_m: f64::NAN, ..step }).is_err());
+    fn the_heading_turns_as_a_straight_line_does(lat in -60.0..60.0f64, heading_rad in 0.0..TAU) {
+        // A geodesic's azimuth changes along it by what the meridians converge.
+        let start = pose(lat, 5.0, heading_rad);
+        let end = Sphere::GROUND.advance(start, step(0.0, 1000.0, 0.0)).unwrap();
+        let line = geodesic_between(start.position, destination(start.position, Geodesic { distance_m: 2000.0, azimuth_rad: heading_rad }).unwrap());
+        let half = destination(start.position, Geodesic { distance_m: 1000.0, ..line }).unwrap();
+        let there = destination(start.position, Geodesic { distance_m: 2000.0, ..line }).unwrap();
+        let expected = geodesic_between(half, there).azimuth_rad;
+        let turn = end.heading.turn_rad_from(Heading::from_radians(expected));
+        // 1000 m x tan(60) / R is 2.7e-4 rad of convergence; the sphere and the first order get it to 1 %.
+        prop_assert!(turn.abs() < 4e-6, "{turn}");
     }
+}
 
-    #[test]
-    fn the_geocentric_axes_are_those_of_equation_37() {
-        let at = |latitude_deg: f64, longitude_deg: f64| {
-            Sphere::at_altitude(500.0)
-                .geocentric_from_geodetic(Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap())
-                / (SPHERE_RADIUS_M + 500.0)
-        };
-        for (found, axis) in
-            [(at(0.0, 90.0), Vector3::x()), (at(90.0, 0.0), Vector3::y()), (at(0.0, 0.0), Vector3::z())]
-        {
-            assert!((found - axis).norm() < 1e-12, "{found}");
-        }
-    }
+#[test]
+fn altitude_shortens_a_ground_shift_by_h_over_r() {
+    let start = pose(45.0, 5.0, 0.0);
+    let turning = step(0.0, 1000.0, 0.3);
+    let north = |sphere: Sphere| {
+        sphere.advance(start, turning).unwrap().position.latitude_rad() - start.position.latitude_rad()
+    };
+    let ratio = north(Sphere::at_altitude(3000.0)) / north(Sphere::GROUND);
+    assert!((1.0 - ratio - 3000.0 / (SPHERE_RADIUS_M + 3000.0)).abs() < 1e-9);
+    // theta is anticlockwise: the heading falls.
+    assert!((Sphere::GROUND.advance(start, turning).unwrap().heading.radians() - (TAU - 0.3)).abs() < 1e-12);
+}
 
-    #[test]
-    fn a_heading_of_90_degrees_shifts_east_as_alpha_minus_90_does_in_38() {
-        // M of (39) with alpha = -90 degrees takes the image's y axis to the east.
-        let shift = geocentric_from_image(pose(30.0, 40.0, 90f64.to_radians())) * Vector2::new(0.0, 1.0);
-        let (sin, cos) = 40f64.to_radians().sin_cos();
-        assert!((shift - Vector3::new(cos, 0.0, -sin)).norm() < 1e-12);
-    }
+#[test]
+fn refuses_a_step_over_the_pole() {
+    assert!(Sphere::GROUND.advance(pose(89.9, 0.0, 0.0), step(0.0, 1e5, 0.0)).is_err());
+    assert!(Sphere::GROUND.advance(pose(0.0, 0.0, 0.0), step(f64::NAN, 1e5, 0.0)).is_err());
+}
 
-    #[test]
-    fn equations_39_and_40_are_the_differences_of_37() {
-        // Both steps small against the radius: (37) there less (37) here is the shift, to first order.
-        let (start, step) = (pose(47.0, -120.0, 0.4), Step { right_m: 3.0, ahead_m: 4.0, turn_rad: 0.0 });
-        let end = Sphere::GROUND.advance(start, step).unwrap();
-        let moved = Sphere::GROUND.geocentric_from_geodetic(end.position)
-            - Sphere::GROUND.geocentric_from_geodetic(start.position);
-        let shift = geocentric_from_image(start) * Vector2::new(step.right_m, step.ahead_m);
-        // The sphere falls away by 5^2 / 2 R = 2 micrometres, and bends the circle of latitude as much again.
-        assert!((moved - shift).norm() < 5e-6, "{}", (moved - shift).norm());
+#[test]
+fn the_geocentric_axes_are_those_of_equation_37() {
+    let at = |latitude_deg: f64, longitude_deg: f64| {
+        Sphere::at_altitude(500.0)
+            .geocentric_from_geodetic(Geodetic::from_degrees(latitude_deg, longitude_deg).unwrap())
+            / (SPHERE_RADIUS_M + 500.0)
+    };
+    for (found, axis) in [(at(0.0, 90.0), Vector3::x()), (at(90.0, 0.0), Vector3::y()), (at(0.0, 0.0), Vector3::z())] {
+        assert!((found - axis).norm() < 1e-12, "{found}");
     }
+}
 
-    #[test]
-    fn equation_41_is_the_turned_angle_to_first_order() {
-        let (start, step) = (pose(50.0, 5.0, 1.1), Step { right_m: -300.0, ahead_m: 900.0, turn_rad: 0.2 });
-        let end = Sphere::GROUND.advance(start, step).unwrap();
-        let east_rad = end.position.longitude_rad() - start.position.longitude_rad();
-        let correction = start.position.latitude_rad().sin() * east_rad;
-        let (sin, cos) = (step.turn_rad - start.heading_rad).sin_cos();
-        let (end_sin, end_cos) = (-end.heading_rad).sin_cos();
-        let second_order = correction * correction;
-        assert!(correction.abs() > 1e-5);
-        assert!((end_cos - (cos + sin * correction)).abs() <= second_order);
-        assert!((end_sin - (sin - cos * correction)).abs() <= second_order);
-    }
+#[test]
+fn a_heading_of_90_degrees_shifts_east_as_alpha_minus_90_does_in_38() {
+    // M of (39) with alpha = -90 degrees takes the image's y axis to the east.
+    let shift = geocentric_from_image(pose(30.0, 40.0, 90f64.to_radians())) * Vector2::new(0.0, 1.0);
+    let (sin, cos) = 40f64.to_radians().sin_cos();
+    assert!((shift - Vector3::new(cos, 0.0, -sin)).norm() < 1e-12);
+}
+
+#[test]
+fn equations_39_and_40_are_the_differences_of_37() {
+    // Both steps small against the radius: (37) there less (37) here is the shift, to first order.
+    let (start, step) = (pose(47.0, -120.0, 0.4), step(3.0, 4.0, 0.0));
+    let end = Sphere::GROUND.advance(start, step).unwrap();
+    let moved =
+        Sphere::GROUND.geocentric_from_geodetic(end.position) - Sphere::GROUND.geocentric_from_geodetic(start.position);
+    let shift = geocentric_from_image(start) * Vector2::new(step.offset.right_m, step.offset.ahead_m);
+    // The sphere falls away by 5^2 / 2 R = 2 micrometres, and bends the circle of latitude as much again.
+    assert!((moved - shift).norm() < 5e-6, "{}", (moved - shift).norm());
+}
+
+#[test]
+fn equation_41_is_the_turned_angle_to_first_order() {
+    let (start, step) = (pose(50.0, 5.0, 1.1), step(-300.0, 900.0, 0.2));
+    let end = Sphere::GROUND.advance(start, step).unwrap();
+    let east_rad = end.position.longitude_rad() - start.position.longitude_rad();
+    let correction = start.position.latitude_rad().sin() * east_rad;
+    let (sin, cos) = (step.turn_rad - start.heading.radians()).sin_cos();
+    let (end_sin, end_cos) = (-end.heading.radians()).sin_cos();
+    let second_order = correction * correction;
+    assert!(correction.abs() > 1e-5);
+    assert!((end_cos - (cos + sin * correction)).abs() <= second_order);
+    assert!((end_sin - (sin - cos * correction)).abs() <= second_order);
 }

@@ -2,6 +2,7 @@
 
 use super::normal::PlaneNormal;
 use super::polygon::Vertex;
+use crate::geodesy::{BodyFrame, BodyOffset, Enu};
 use std::f64::consts::TAU;
 
 /// One piece of a closed, counterclockwise edge; offsets east and north in metres.
@@ -35,11 +36,8 @@ impl Piece {
 /// Corners of a rectangle about the origin, counterclockwise: front left, back left, back right, front right.
 /// `heading_rad` clockwise from north is the direction of its length.
 pub(super) fn corners(width_m: f64, length_m: f64, heading_rad: f64) -> [Vertex; 4] {
-    let (sin, cos) = heading_rad.sin_cos();
-    let at = |right: f64, ahead: f64| {
-        let (r, a) = (right * width_m / 2.0, ahead * length_m / 2.0);
-        [r * cos + a * sin, a * cos - r * sin]
-    };
+    let frame = BodyFrame::from_heading_rad(heading_rad);
+    let at = |right: f64, ahead: f64| turned(frame, [right * width_m / 2.0, ahead * length_m / 2.0]);
     [at(-1.0, 1.0), at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0)]
 }
 
@@ -51,11 +49,15 @@ pub(super) fn rectangle(width_m: f64, length_m: f64, heading_rad: f64) -> Vec<Pi
 
 /// The edge of a polygon given right and ahead of the centre, turned to a heading.
 pub(super) fn polygon(vertices: &[Vertex], heading_rad: f64) -> Vec<Piece> {
-    let (sin, cos) = heading_rad.sin_cos();
-    let turned = |v: Vertex| [v[0] * cos + v[1] * sin, v[1] * cos - v[0] * sin];
-    (0..vertices.len())
-        .map(|i| Piece::Straight { start: turned(vertices[i]), end: turned(vertices[(i + 1) % vertices.len()]) })
-        .collect()
+    let frame = BodyFrame::from_heading_rad(heading_rad);
+    let corner = |i: usize| turned(frame, vertices[i % vertices.len()]);
+    (0..vertices.len()).map(|i| Piece::Straight { start: corner(i), end: corner(i + 1) }).collect()
+}
+
+/// A vertex given right and ahead, in east and north.
+fn turned(frame: BodyFrame, [right_m, ahead_m]: Vertex) -> Vertex {
+    let Enu { east_m, north_m } = frame.enu_from_body(BodyOffset { right_m, ahead_m });
+    [east_m, north_m]
 }
 
 /// The edge of the ellipse of `sigmas` standard deviations dilated by a rectangle: four arcs about the rectangle's

@@ -1,7 +1,7 @@
-//! `TileId`: zoom, column and row, and what follows from them exactly.
+//! `TileId`: zoom, column and row of a tile, with its exact extent and ground sample distance.
 
-use super::{GeodeticBounds, MercatorBounds};
-use crate::geodesy::{GeodesyError, Geodetic, MercatorPoint, WORLD_M, ground_scale};
+use super::MercatorBounds;
+use crate::geodesy::{GeodesyError, Geodetic, GeodeticBounds, MercatorPoint, WORLD_M, ground_scale};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -10,33 +10,33 @@ pub const TILE_SIZE_PX: u32 = 512;
 /// The finest zoom: 512 px tiles of 9 mm pixels at the equator.
 pub const MAX_ZOOM: u8 = 23;
 
-/// Why a tile cannot be named.
+/// Why a tile does not exist.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TileError {
-    /// Zoom beyond [`MAX_ZOOM`].
+    /// The zoom is beyond [`MAX_ZOOM`].
     #[error("zoom {zoom} is beyond the finest, {MAX_ZOOM}")]
     Zoom {
-        /// What was given.
+        /// The given zoom.
         zoom: u32,
     },
-    /// Column or row outside the matrix of that zoom.
+    /// The column or row is outside the matrix of that zoom.
     #[error("tile {column}/{row} lies outside the {size} x {size} tiles of zoom {zoom}")]
     Index {
         /// Zoom level.
         zoom: u8,
-        /// Column given.
+        /// The given column.
         column: u32,
-        /// Row given.
+        /// The given row.
         row: u32,
-        /// Tiles along an edge at that zoom.
+        /// Number of tiles along an edge at that zoom.
         size: u32,
     },
-    /// The position has no tile.
+    /// The position is beyond the tile matrix.
     #[error(transparent)]
     Position(#[from] GeodesyError),
 }
 
-/// Ground sample distance of a map's pixels, true metres, east and north separately.
+/// Ground sample distance of a map's pixels, true metres, separately towards east and north.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gsd {
     /// Metres per pixel towards east.
@@ -46,7 +46,7 @@ pub struct Gsd {
 }
 
 impl Gsd {
-    /// Geometric mean of both directions, metres per pixel.
+    /// The geometric mean of both directions, metres per pixel.
     pub fn mean_m_per_px(self) -> f64 {
         (self.east_m_per_px * self.north_m_per_px).sqrt()
     }
@@ -61,10 +61,10 @@ pub struct TileId {
 }
 
 impl TileId {
-    /// The tile at zoom, column (x) and row (y, 0 north).
+    /// Makes the tile at a zoom, column (x) and row (y, 0 is the northernmost).
     ///
     /// # Errors
-    /// Where zoom or an index lies outside the matrix.
+    /// [`TileError`] where the zoom, column or row is outside the matrix.
     pub fn new(zoom: u8, column: u32, row: u32) -> Result<Self, TileError> {
         if zoom > MAX_ZOOM {
             return Err(TileError::Zoom { zoom: zoom.into() });
@@ -76,12 +76,12 @@ impl TileId {
         Ok(Self { zoom, column, row })
     }
 
-    /// The tile that holds a position.
+    /// The tile of a zoom that contains a position.
     ///
     /// # Errors
-    /// Beyond 85.05 degrees.
+    /// [`TileError::Position`] beyond 85.05 degrees, [`TileError::Zoom`].
     pub fn containing(point: Geodetic, zoom: u8) -> Result<Self, TileError> {
-        let pixel = WorldPixel::of(point, zoom)?;
+        let pixel = WorldPixel::from_geodetic(point, zoom)?;
         let last = (1u32 << zoom) - 1;
         let index = |v: f64| ((v / f64::from(TILE_SIZE_PX)).floor().max(0.0) as u32).min(last);
         Self::new(zoom, index(pixel.x_px), index(pixel.y_px))
@@ -102,18 +102,18 @@ impl TileId {
         self.row
     }
 
-    /// The tile one level coarser that holds this one; `None` at zoom 0.
+    /// The tile one level coarser that contains this one; `None` at zoom 0.
     pub fn parent(self) -> Option<Self> {
         (self.zoom > 0).then(|| Self { zoom: self.zoom - 1, column: self.column / 2, row: self.row / 2 })
     }
 
-    /// The four tiles one level finer, north-west, north-east, south-west, south-east; `None` at [`MAX_ZOOM`].
+    /// The four tiles one level finer: north-west, north-east, south-west, south-east; `None` at [`MAX_ZOOM`].
     pub fn children(self) -> Option<[Self; 4]> {
         let child = |dx, dy| Self { zoom: self.zoom + 1, column: self.column * 2 + dx, row: self.row * 2 + dy };
         (self.zoom < MAX_ZOOM).then(|| [child(0, 0), child(1, 0), child(0, 1), child(1, 1)])
     }
 
-    /// Exact extent in the projection.
+    /// The exact extent in the projection.
     pub fn mercator_bounds(self) -> MercatorBounds {
         let span_m = tile_span_m(self.zoom);
         let min_x_m = -WORLD_M / 2.0 + f64::from(self.column) * span_m;
@@ -121,7 +121,7 @@ impl TileId {
         MercatorBounds { min_x_m, min_y_m: max_y_m - span_m, max_x_m: min_x_m + span_m, max_y_m }
     }
 
-    /// Exact extent in degrees; the eastern edge of the last column is 180, not -180.
+    /// The exact extent in degrees. The eastern edge of the last column is 180, not -180.
     pub fn bounds(self) -> GeodeticBounds {
         let size = f64::from(1u32 << self.zoom);
         let longitude = |column: u32| f64::from(column) / size * 360.0 - 180.0;
@@ -130,14 +130,14 @@ impl TileId {
             n.sinh().atan().to_degrees()
         };
         GeodeticBounds {
-            west: longitude(self.column),
-            south: latitude(self.row + 1),
-            east: longitude(self.column + 1),
-            north: latitude(self.row),
+            west_deg: longitude(self.column),
+            south_deg: latitude(self.row + 1),
+            east_deg: longitude(self.column + 1),
+            north_deg: latitude(self.row),
         }
     }
 
-    /// The point in the middle of the tile (of its projected extent).
+    /// The point in the middle of the projected extent.
     pub fn centre(self) -> Geodetic {
         let b = self.mercator_bounds();
         MercatorPoint { x_m: (b.min_x_m + b.max_x_m) / 2.0, y_m: (b.min_y_m + b.max_y_m) / 2.0 }
@@ -150,7 +150,7 @@ impl TileId {
     /// # Example
     /// Level 16 of 512 px tiles at the equator: 1.194 m.
     /// ```
-    /// let t = crate::tile::TileId::new(16, 32768, 32768).unwrap();
+    /// let t = overfly_core::tile::TileId::new(16, 32768, 32768).unwrap();
     /// assert!((t.gsd().east_m_per_px - 1.194_328_566).abs() < 1e-6);
     /// ```
     pub fn gsd(self) -> Gsd {
@@ -176,31 +176,31 @@ impl fmt::Display for TileId {
     }
 }
 
-/// A position in the pixels of the whole world at one zoom, (0, 0) the north-west corner, the first pixel's centre
-/// at (0.5, 0.5). x may run beyond the world's width for what crosses the antimeridian.
+/// A position in the pixels of the whole world at one zoom. The north-west corner is (0, 0), the centre of the first pixel
+/// (0.5, 0.5). x may exceed the world's width where an extent crosses the antimeridian.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorldPixel {
-    /// Columns from the antimeridian.
+    /// Columns east of the antimeridian.
     pub x_px: f64,
-    /// Rows from the north.
+    /// Rows south of the world's northern edge.
     pub y_px: f64,
 }
 
 impl WorldPixel {
-    /// Where a point lies at a zoom.
+    /// Makes the pixel position of a point at a zoom.
     ///
     /// # Errors
-    /// Beyond 85.05 degrees.
-    pub fn of(point: Geodetic, zoom: u8) -> Result<Self, GeodesyError> {
+    /// [`GeodesyError::BeyondMercator`] beyond 85.05 degrees.
+    pub fn from_geodetic(point: Geodetic, zoom: u8) -> Result<Self, GeodesyError> {
         let m = MercatorPoint::from_geodetic(point)?;
         let px_per_m = 1.0 / pixel_span_m(zoom);
         Ok(Self { x_px: (m.x_m + WORLD_M / 2.0) * px_per_m, y_px: (WORLD_M / 2.0 - m.y_m) * px_per_m })
     }
 
-    /// The point at this pixel of a zoom.
+    /// The point at this pixel position of a zoom.
     ///
     /// # Errors
-    /// Where a coordinate is not finite.
+    /// [`GeodesyError`] where a coordinate is not finite.
     pub fn to_geodetic(self, zoom: u8) -> Result<Geodetic, GeodesyError> {
         let span_m = pixel_span_m(zoom);
         MercatorPoint { x_m: self.x_px * span_m - WORLD_M / 2.0, y_m: WORLD_M / 2.0 - self.y_px * span_m }.to_geodetic()
@@ -213,8 +213,8 @@ pub fn gsd_at(point: Geodetic, zoom: u8) -> Gsd {
     Gsd { east_m_per_px: pixel_span_m(zoom) * scale.east, north_m_per_px: pixel_span_m(zoom) * scale.north }
 }
 
-/// The coarsest zoom whose pixels at `point` are no larger than `gsd_m_per_px` on the ground (within 2 %, so that a
-/// source on the matrix itself is not doubled), at most [`MAX_ZOOM`].
+/// The coarsest zoom with pixels at `point` of at most `gsd_m_per_px` on the ground, and at most [`MAX_ZOOM`]. A tolerance
+/// of 2 % keeps a source that already lies on the matrix at its own zoom.
 pub fn zoom_for_gsd(point: Geodetic, gsd_m_per_px: f64) -> u8 {
     (0..=MAX_ZOOM).find(|&zoom| gsd_at(point, zoom).mean_m_per_px() <= gsd_m_per_px * 1.02).unwrap_or(MAX_ZOOM)
 }
@@ -234,15 +234,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn holds_the_point_it_was_named_for(lat in -85.0..85.0f64, lon in -180.0..180.0f64, zoom in 0u8..=MAX_ZOOM) {
+        fn the_tile_of_a_point_contains_it(lat in -85.0..85.0f64, lon in -180.0..180.0f64, zoom in 0u8..=MAX_ZOOM) {
             let p = Geodetic::from_degrees(lat, lon).unwrap();
             let b = TileId::containing(p, zoom).unwrap().bounds();
             let eps = 1e-9;
-            prop_assert!(b.west - eps <= lon && lon <= b.east + eps && b.south - eps <= lat && lat <= b.north + eps);
+            prop_assert!(b.west_deg - eps <= lon && lon <= b.east_deg + eps);
+            prop_assert!(b.south_deg - eps <= lat && lat <= b.north_deg + eps);
         }
 
         #[test]
-        fn children_name_their_parent(zoom in 0u8..MAX_ZOOM, x in 0.0..1.0f64, y in 0.0..1.0f64) {
+        fn the_parent_of_a_child_is_the_tile(zoom in 0u8..MAX_ZOOM, x in 0.0..1.0f64, y in 0.0..1.0f64) {
             let size = f64::from(1u32 << zoom);
             let tile = TileId::new(zoom, (x * size) as u32, (y * size) as u32).unwrap();
             for child in tile.children().unwrap() {
@@ -252,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_lies_outside_the_matrix() {
+    fn refuses_a_tile_outside_the_matrix() {
         assert!(TileId::new(24, 0, 0).is_err());
         assert!(TileId::new(3, 8, 0).is_err());
         assert!(TileId::containing(Geodetic::from_degrees(86.0, 0.0).unwrap(), 3).is_err());

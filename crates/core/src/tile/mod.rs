@@ -1,7 +1,7 @@
-//! The tile matrix: Web Mercator cut into tiles of 512 px, row 0 north (XYZ).
+//! The tile matrix: Web Mercator cut into tiles of 512 px. Row 0 is the northernmost (XYZ).
 
 mod bounds;
 mod id;
 
-pub use bounds::{GeodeticBounds, MercatorBounds};
+pub use bounds::MercatorBounds;
 pub use id::{Gsd, MAX_ZOOM, TILE_SIZE_PX, TileError, TileId, WorldPixel, gsd_at, zoom_for_gsd};

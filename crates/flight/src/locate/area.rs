@@ -41,7 +41,7 @@ impl SearchArea {
             PositionPrior::Gaussian { centre, sigma_east_m, sigma_north_m, correlation } => {
                 let radius = RADIUS_SQUARED.sqrt();
                 let ellipse = Ellipse {
-                    centre: WorldPixel::of(centre, zoom).ok()?,
+                    centre: WorldPixel::from_geodetic(centre, zoom).ok()?,
                     gsd: gsd_at(centre, zoom),
                     sigma_east_m,
                     sigma_north_m,
@@ -54,7 +54,7 @@ impl SearchArea {
     }
 
     fn around(centre: Geodetic, east_m: f64, north_m: f64, zoom: u8, ellipse: Option<Ellipse>) -> Option<Self> {
-        let pixel = WorldPixel::of(centre, zoom).ok()?;
+        let pixel = WorldPixel::from_geodetic(centre, zoom).ok()?;
         let gsd = gsd_at(centre, zoom);
         let half_x = east_m / gsd.east_m_per_px + RIM_PX;
         let half_y = north_m / gsd.north_m_per_px + RIM_PX;
@@ -67,9 +67,8 @@ impl SearchArea {
     }
 
     fn of_layer(layer: &Layer, zoom: u8) -> Option<Self> {
-        let [west, south, east, north] = layer.bounds_deg;
-        let north_west = WorldPixel::of(Geodetic::from_degrees(north, west).ok()?, zoom).ok()?;
-        let mut south_east = WorldPixel::of(Geodetic::from_degrees(south, east).ok()?, zoom).ok()?;
+        let north_west = WorldPixel::from_geodetic(layer.bounds_deg.north_west().ok()?, zoom).ok()?;
+        let mut south_east = WorldPixel::from_geodetic(layer.bounds_deg.south_east().ok()?, zoom).ok()?;
         if south_east.x_px <= north_west.x_px {
             south_east.x_px += f64::from(TILE_SIZE_PX) * f64::from(1u32 << zoom);
         }
@@ -188,13 +187,11 @@ pub fn extent_m(prior: &PositionPrior, layer: &Layer) -> [f64; 2] {
             [width * sigma_east_m, width * sigma_north_m]
         }
         PositionPrior::WholeLayer => {
-            let [west, south, east, north] = layer.bounds_deg;
-            let corner = |lat: f64, lon: f64| Geodetic::from_degrees(lat, lon).ok();
-            let across = corner(south, west).zip(corner(north, east)).map(|(a, b)| {
-                let offset = LocalFrame::at(a).enu_from_geodetic(b);
+            let corners = layer.bounds_deg.south_west().ok().zip(layer.bounds_deg.north_east().ok());
+            corners.map_or([0.0; 2], |(south_west, north_east)| {
+                let offset = LocalFrame::at(south_west).enu_from_geodetic(north_east);
                 [offset.east_m.abs(), offset.north_m.abs()]
-            });
-            across.unwrap_or([0.0; 2])
+            })
         }
     }
 }
@@ -211,7 +208,7 @@ mod tests {
             min_zoom: 12,
             base_tiles: 1,
             tiles: 1,
-            bounds_deg,
+            bounds_deg: bounds_deg.into(),
             acquired: None,
             complete: true,
             digest: None,
@@ -253,7 +250,7 @@ mod tests {
             let (u, v) = (radius * angle.cos(), radius * angle.sin());
             let (east_m, north_m) = (200.0 * u, 90.0 * (r * u + (1.0 - r * r).sqrt() * v));
             let point = LocalFrame::at(centre).geodetic_from_enu(overfly_core::geodesy::Enu { east_m, north_m }).unwrap();
-            let pixel = WorldPixel::of(point, 13).unwrap();
+            let pixel = WorldPixel::from_geodetic(point, 13).unwrap();
             let (x, y) = (pixel.x_px.round() as i64, pixel.y_px.round() as i64);
             prop_assert!(area.holds(x, y));
             prop_assert!(x >= area.left && x < area.left + area.width_px && y >= area.top && y < area.top + area.height_px);

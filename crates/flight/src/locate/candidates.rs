@@ -14,9 +14,9 @@ pub use parameters::CandidateParameters;
 pub use residents::Residents;
 
 use overfly_core::coupling::SECONDS_PER_TILE;
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{Geodetic, GeodeticBounds};
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
-use overfly_core::tile::{GeodeticBounds, MAX_ZOOM, MercatorBounds, TileId, zoom_for_gsd};
+use overfly_core::tile::{MAX_ZOOM, MercatorBounds, TileId, zoom_for_gsd};
 use overfly_store::{Footprint, Layer, Reader};
 use serde::Serialize;
 use utoipa::ToSchema;

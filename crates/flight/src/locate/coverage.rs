@@ -110,7 +110,8 @@ fn joined(tiles: &[TileId]) -> Vec<Block> {
 fn ring_deg(zoom: u8, block: &Block) -> Vec<[f64; 2]> {
     let bounds = |column, row| TileId::new(zoom, column, row).expect("taken from a tile").bounds();
     let (upper_left, lower_right) = (bounds(block.columns.0, block.rows.0), bounds(block.columns.1, block.rows.1));
-    let (west, north, east, south) = (upper_left.west, upper_left.north, lower_right.east, lower_right.south);
+    let (west, north) = (upper_left.west_deg, upper_left.north_deg);
+    let (east, south) = (lower_right.east_deg, lower_right.south_deg);
     vec![[west, south], [east, south], [east, north], [west, north], [west, south]]
 }
 

@@ -13,7 +13,7 @@ use super::verdict::{Candidate, Judge, Verdict};
 use super::wide::{CellLevel, WideSearch};
 use overfly_core::camera::Camera;
 use overfly_core::coupling::nominal_count_sequential;
-use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
 use overfly_core::tile::{TileId, WorldPixel, gsd_at};
 use overfly_store::{Footprint, Layer, Reader};
@@ -250,13 +250,9 @@ impl Search<'_> {
     fn middle(&self) -> Option<Geodetic> {
         let point = match self.request.position {
             PositionPrior::Gaussian { centre, .. } | PositionPrior::Square { centre, .. } => centre,
-            PositionPrior::WholeLayer => {
-                let [west, south, east, north] = self.layer.bounds_deg;
-                let east = if east < west { east + 360.0 } else { east };
-                Geodetic::from_degrees((south + north) / 2.0, (west + east) / 2.0).ok()?
-            }
+            PositionPrior::WholeLayer => self.layer.bounds_deg.middle().ok()?,
         };
-        WorldPixel::of(point, 0).ok().map(|_| point)
+        WorldPixel::from_geodetic(point, 0).ok().map(|_| point)
     }
 
     /// The paper's count (equation 3) for the area left open, its two edges taken as twice the drift.
@@ -285,15 +281,13 @@ fn edge_m(camera: &Camera) -> f64 {
 
 /// Farthest a frame's corner lies from its nadir or from its middle, coarse pixels.
 fn reach_px(camera: &Camera, gsd_m_per_px: f64) -> Option<f64> {
-    let corners = camera.footprint_in_level()?;
-    let farthest_m = corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max);
+    let farthest_m = camera.footprint_in_body()?.iter().map(|corner| corner.length_m()).fold(0.0, f64::max);
     Some(farthest_m / gsd_m_per_px)
 }
 
 fn image_centre(camera: &Camera, nadir: Geodetic, heading_rad: f64) -> Point {
-    let [right_m, ahead_m] = camera.image_centre_in_level().unwrap_or([0.0; 2]);
-    let (sin, cos) = heading_rad.sin_cos();
-    let enu = Enu { east_m: right_m * cos + ahead_m * sin, north_m: ahead_m * cos - right_m * sin };
+    let centre = camera.image_centre_in_body().unwrap_or_default();
+    let enu = BodyFrame::from_heading_rad(heading_rad).enu_from_body(centre);
     let point = LocalFrame::at(nadir).geodetic_from_enu(enu).unwrap_or(nadir);
     Point { latitude_deg: point.latitude_deg(), longitude_deg: point.longitude_deg() }
 }

@@ -2,10 +2,10 @@
 
 use overfly_core::camera::{Camera, GroundGrid, GroundView, render};
 use overfly_core::feature::Structure;
+use overfly_core::geodesy::Heading;
 use overfly_core::pixels::Gray;
 use overfly_core::tile::{Gsd, WorldPixel};
 use std::collections::HashMap;
-use std::f64::consts::TAU;
 
 /// Where the camera was, as far as one hypothesis goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ impl Pose {
         let nadir = WorldPixel { x_px: self.nadir.x_px + shift_px[0], y_px: self.nadir.y_px + shift_px[1] };
         Self {
             nadir,
-            heading_rad: (self.heading_rad + turn_rad).rem_euclid(TAU),
+            heading_rad: Heading::from_radians(self.heading_rad + turn_rad).radians(),
             height_ratio: self.height_ratio * (1.0 + growth),
             ..self
         }

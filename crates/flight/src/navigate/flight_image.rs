@@ -5,9 +5,9 @@
 use super::measurements::{OdometryStep, SensorReading, SensorSigmas};
 use nalgebra::Matrix2;
 use overfly_core::camera::{Camera, CameraError, Intrinsics, View};
+use overfly_core::geodesy::{BodyOffset, wrap_turn_rad};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
-use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// One image of a flight.
@@ -74,7 +74,7 @@ impl FlightImage {
         let turned = next.reading.heading_rad - self.reading.heading_rad - step.turn_rad;
         let climbed = (next.reading.height_m / self.reading.height_m).ln() - step.log_climb;
         let bound = |sigma: f64| GATE_SIGMAS * 2f64.sqrt() * sigma + 0.02;
-        ((turned + PI).rem_euclid(TAU) - PI).abs() <= bound(sigmas.heading_noise_rad)
+        wrap_turn_rad(turned).abs() <= bound(sigmas.heading_noise_rad)
             && climbed.abs() <= bound(sigmas.height_noise_ratio)
     }
 }
@@ -106,14 +106,16 @@ impl LevelView {
             return Ok(Self::rectified(&gray, &camera));
         }
         let per_height = camera.gsd_m_per_px();
-        Ok(camera.frame_from_level(0.0, 0.0).map(|nadir_px| Self { gray, nadir_px, per_height }))
+        Ok(camera.frame_from_body(BodyOffset::default()).map(|nadir_px| Self { gray, nadir_px, per_height }))
     }
 
     /// The largest upright rectangle within the camera's footprint, at the resolution of the nadir.
     fn rectified(gray: &Gray, camera: &Camera) -> Option<Self> {
-        let [upper_left, upper_right, lower_right, lower_left] = camera.footprint_in_level()?;
-        let (left, right) = (upper_left[0].max(lower_left[0]), upper_right[0].min(lower_right[0]));
-        let (far, near) = (upper_left[1].min(upper_right[1]), lower_left[1].max(lower_right[1]));
+        let [upper_left, upper_right, lower_right, lower_left] = camera.footprint_in_body()?;
+        let left = upper_left.right_m.max(lower_left.right_m);
+        let right = upper_right.right_m.min(lower_right.right_m);
+        let far = upper_left.ahead_m.min(upper_right.ahead_m);
+        let near = lower_left.ahead_m.max(lower_right.ahead_m);
         let per_height = camera.gsd_m_per_px();
         let (width, height) = (((right - left) / per_height).floor(), ((far - near) / per_height).floor());
         if !(width >= 1.0 && height >= 1.0) {
@@ -122,8 +124,8 @@ impl LevelView {
         let (width, height) = (width as usize, height as usize);
         let value = |i: usize| {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let at = camera.frame_from_level(left + x * per_height, far - y * per_height);
-            at.map_or(0.0, |[x, y]| gray.sample(x, y))
+            let ground = BodyOffset { right_m: left + x * per_height, ahead_m: far - y * per_height };
+            camera.frame_from_body(ground).map_or(0.0, |[x, y]| gray.sample(x, y))
         };
         let values = (0..width * height).map(value).collect();
         let nadir_px = [-left / per_height, far / per_height];
@@ -206,7 +208,8 @@ mod tests {
         let blank = FlightImage { roll_rad: f64::to_radians(roll_deg), ..blank };
         let camera = blank.camera(1.0).unwrap();
         let bright = |i: usize| {
-            let [right, ahead] = camera.level_from_frame([(i % 400) as f64 + 0.5, (i / 400) as f64 + 0.5]).unwrap();
+            let pixel = [(i % 400) as f64 + 0.5, (i / 400) as f64 + 0.5];
+            let BodyOffset { right_m: right, ahead_m: ahead } = camera.body_from_frame(pixel).unwrap();
             (128.0 + 60.0 * ((31.0 * right).sin() + (23.0 * ahead + 9.0 * right).cos())) as f32
         };
         let gray = Gray::from_values(400, 300, (0..120_000).map(bright).collect()).unwrap();

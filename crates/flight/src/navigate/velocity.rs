@@ -3,8 +3,7 @@
 use super::filter::NavigationFilter;
 use super::measurements::SensorReading;
 use super::options::NavigateOptions;
-use overfly_core::geodesy::{Enu, LocalFrame};
-use std::f64::consts::{PI, TAU};
+use overfly_core::geodesy::{Enu, LocalFrame, wrap_turn_rad};
 
 /// Speed over ground and drift angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,14 +38,14 @@ impl Velocity {
     pub fn measured(self, from: &NavigationFilter, to: &NavigationFilter, elapsed_s: f64) -> Self {
         let moved = LocalFrame::at(from.position()).enu_from_geodetic(to.position());
         let [[ee, _], [_, nn]] = to.position_covariance_m2();
-        let turn = wrapped(to.heading_rad() - from.heading_rad()).abs();
+        let turn = wrap_turn_rad(to.heading_rad() - from.heading_rad()).abs();
         let is_measurable = elapsed_s > 0.0 && moved.length_m() > 4.0 * ((ee + nn) / 2.0).sqrt().min(50.0);
         if !is_measurable || turn > MAX_TURN_RAD {
             return self;
         }
         let speed_mps = moved.length_m() / elapsed_s;
         let course = moved.east_m.atan2(moved.north_m);
-        let drift_angle_rad = wrapped(course - mean_heading(from.heading_rad(), to.heading_rad()));
+        let drift_angle_rad = wrap_turn_rad(course - mean_heading(from.heading_rad(), to.heading_rad()));
         Self {
             speed_mps,
             speed_sigma_mps: SPEED_SIGMA_SHARE * speed_mps,
@@ -76,11 +75,6 @@ impl Velocity {
         let persistent_m = self.speed_sigma_mps * elapsed_s * f64::from(2 * self.images_reckoned - 1).sqrt();
         (moved, persistent_m.hypot(sideways_m).max(1.0))
     }
-}
-
-/// Wraps an angle to [-pi, pi).
-fn wrapped(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(TAU) - PI
 }
 
 /// The circular mean of two headings.

@@ -23,7 +23,7 @@ impl Outline {
         let size = f64::from(1u32 << zoom);
         let mut points: Vec<[f64; 2]> = Vec::with_capacity(outline_deg.len());
         for [longitude_deg, latitude_deg] in outline_deg {
-            let pixel = WorldPixel::of(Geodetic::from_degrees(*latitude_deg, *longitude_deg)?, zoom)?;
+            let pixel = WorldPixel::from_geodetic(Geodetic::from_degrees(*latitude_deg, *longitude_deg)?, zoom)?;
             let (mut x, y) = (pixel.x_px / f64::from(TILE_SIZE_PX), pixel.y_px / f64::from(TILE_SIZE_PX));
             if let Some(previous) = points.last() {
                 // Unwrapped: neighbouring points are less than half a world apart.

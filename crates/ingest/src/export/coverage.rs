@@ -89,7 +89,7 @@ fn covered(
     half_width_m: f64,
     along_m: f64,
 ) -> Result<f64, ExportError> {
-    let image = ImageOnGround { across_m: 2.0 * half_width_m, along_m, heading_rad: point.heading_rad };
+    let image = ImageOnGround { across_m: 2.0 * half_width_m, along_m, heading_rad: point.heading.radians() };
     let region = Region::new(point.position, image, Uncertainty::Sequential { inaccuracy_m: 0.0, drift_m: 0.0 })?;
     let mut share = 0.0;
     for footprint in store.footprints_in(layer, layer.base_zoom, &region.mercator_bounds())? {

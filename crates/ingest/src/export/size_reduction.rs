@@ -88,7 +88,7 @@ mod tests {
             min_zoom: 13,
             base_tiles: 1,
             tiles: 2,
-            bounds_deg: [0.0; 4],
+            bounds_deg: [0.0; 4].into(),
             acquired: acquired.map(|d| (d.into(), d.into())),
             complete: true,
             digest: None,

@@ -118,8 +118,9 @@ impl RouteForecast {
         mut progress: impl FnMut(),
     ) -> Result<Self, PlanError> {
         let p = forecast.parameters;
-        let points =
-            route.every(p.along_m).map_err(|reason| PlanError::NotARoute { path: "the route".into(), reason })?;
+        let points = route
+            .every(p.along_m)
+            .map_err(|e| PlanError::NotARoute { path: "the route".into(), reason: e.to_string() })?;
         let mut steps = Vec::with_capacity(points.len());
         let (mut fixed_m, mut longest) = (0.0, [0.0, 0.0]);
         for point in &points {
@@ -156,7 +157,7 @@ fn image_step(
     store: &Reader,
     layer: &Layer,
 ) -> Result<RouteStep, PlanError> {
-    let image = ImageOnGround { across_m: p.across_m, along_m: p.along_m, heading_rad: point.heading_rad };
+    let image = ImageOnGround { across_m: p.across_m, along_m: p.along_m, heading_rad: point.heading.radians() };
     let known = Uncertainty::Sequential { inaccuracy_m: p.inaccuracy_m, drift_m: 0.0 };
     let region = Region::new(point.position, image, known)?;
     let (mut covered, mut met, mut keypoints, mut distinctiveness) = (0.0, 0.0, 0.0, 0.0);
@@ -173,7 +174,7 @@ fn image_step(
         way_m: point.way_m,
         latitude_deg: point.position.latitude_deg(),
         longitude_deg: point.position.longitude_deg(),
-        heading_deg: point.heading_rad.to_degrees(),
+        heading_deg: point.heading.degrees(),
         covered,
         // Per valid ground: a half-empty tile has half the keypoints and is not worse.
         keypoints: mean(keypoints, covered),

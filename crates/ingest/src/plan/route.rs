@@ -40,7 +40,8 @@ pub fn read_routes(path: &Path) -> Result<Vec<Route>, PlanError> {
 /// What is wrong with the text, for people.
 pub fn parse_routes(text: &str) -> Result<Vec<Route>, String> {
     let begin = text.trim_start_matches('\u{feff}').trim_start();
-    Route::from_lines(if begin.starts_with('<') { xml::lines(begin)? } else { geojson::lines(begin)? })
+    let lines = if begin.starts_with('<') { xml::lines(begin)? } else { geojson::lines(begin)? };
+    Route::from_lines(lines).map_err(|e| e.to_string())
 }
 
 /// Parses the route of a text that has one.

@@ -2,12 +2,11 @@
 
 use super::{Explanation, MARGIN_PX, palette};
 use base64::Engine;
+use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, ErrorEllipse};
 use overfly_core::pixels::Colour;
 use overfly_flight::locate::Answer;
 use std::fmt::Write;
 
-/// Half axes of a 95 % ellipse per standard deviation: the root of chi-square's 95 % quantile at two degrees.
-const TO_95: f64 = 2.447_746_8;
 /// Arrows are drawn this many times as long as the displacements that they stand for.
 const LONGER: f64 = 6.0;
 /// Wider pictures are shrunk.
@@ -121,9 +120,8 @@ fn arrow([x, y]: [f64; 2], [dx, dy]: [f64; 2]) -> String {
 
 /// Half axes of the fix's 95 % ellipse, metres, and how many times as large it is drawn.
 fn ellipse(e: &Explanation<'_>) -> Option<([f64; 2], f64)> {
-    let [[ee, en], [_, nn]] = e.found()?.covariance_m2;
-    let (middle, spread) = ((ee + nn) / 2.0, ((ee - nn) / 2.0).hypot(en));
-    let half_m = [middle + spread, middle - spread].map(|v| TO_95 * v.max(0.0).sqrt());
+    let ErrorEllipse { semi_major_m, semi_minor_m, .. } = EnuCovariance::from(e.found()?.covariance_m2).ellipse_95();
+    let half_m = [semi_major_m, semi_minor_m];
     let fits = |n: &f64| n * half_m[0] / e.gsd.mean_m_per_px() <= 40.0;
     Some((half_m, [50.0, 20.0, 10.0, 5.0, 2.0].into_iter().find(fits).unwrap_or(1.0)))
 }
@@ -131,19 +129,19 @@ fn ellipse(e: &Explanation<'_>) -> Option<([f64; 2], f64)> {
 /// The frame's outline over the map, its upper edge bold, the nadir, and the 95 % ellipse, drawn larger.
 fn footprint(e: &Explanation<'_>) -> Option<String> {
     let fix = e.found()?;
-    let (sin, cos) = e.pose.heading_rad.sin_cos();
+    let frame = BodyFrame::from_heading_rad(e.pose.heading_rad);
     let nadir = [e.pose.nadir.x_px - e.ground.corner[0] as f64, e.pose.nadir.y_px - e.ground.corner[1] as f64];
-    let corners = e.camera.footprint_in_level()?.map(|[right_m, ahead_m]| {
-        let (east_m, north_m) = (right_m * cos + ahead_m * sin, ahead_m * cos - right_m * sin);
+    let corners = e.camera.footprint_in_body()?.map(|corner| {
+        let Enu { east_m, north_m } = frame.enu_from_body(corner);
         [nadir[0] + east_m / e.gsd.east_m_per_px, nadir[1] - north_m / e.gsd.north_m_per_px]
     });
     let path = corners.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ");
     let [a, b] = [corners[0], corners[1]];
-    let [[ee, en], [_, nn]] = fix.covariance_m2;
+    let ellipse_95 = EnuCovariance::from(fix.covariance_m2).ellipse_95();
     let (half_m, larger) = ellipse(e)?;
     let half_px = half_m.map(|v| v / e.gsd.mean_m_per_px());
-    // The long axis's angle from east to north; on the picture y runs down.
-    let turn_deg = -(2.0 * en).atan2(ee - nn).to_degrees() / 2.0;
+    // On the picture y runs down.
+    let turn_deg = -ellipse_95.semi_major_from_east_rad.to_degrees();
     let [x, y] = nadir;
     let marks = format!(
         r##"<polygon points="{path}" fill="none" stroke="#ffd54a" stroke-width="1.6"/><path d="M{:.1},{:.1}L{:.1},{:.1}" stroke="#ffd54a" stroke-width="4"/><ellipse cx="{x:.2}" cy="{y:.2}" rx="{:.2}" ry="{:.2}" transform="rotate({turn_deg:.2} {x:.2} {y:.2})" fill="#ffffff55" stroke="#fff" stroke-width="1.2"/><path d="M{:.1},{y:.1}h12M{x:.1},{:.1}v12" stroke="#e0362c" stroke-width="1.4"/>"##,

@@ -88,7 +88,7 @@ impl<'a> Explanation<'a> {
             expected: "must lie within the tile matrix",
         };
         let zoom = finest(&camera, layer, place);
-        let Ok(nadir) = WorldPixel::of(place, zoom) else { return Err(beyond) };
+        let Ok(nadir) = WorldPixel::from_geodetic(place, zoom) else { return Err(beyond) };
         let pose = Pose { nadir, heading_rad };
         let gsd = gsd_at(place, zoom);
         let Some(view) = seen(&gray, &camera, &pose, gsd) else { return Err(beyond) };
@@ -124,11 +124,7 @@ fn position(fix: &Fix) -> Geodetic {
 fn middle(prior: &PositionPrior, layer: &Layer) -> Geodetic {
     match *prior {
         PositionPrior::Gaussian { centre, .. } | PositionPrior::Square { centre, .. } => centre,
-        PositionPrior::WholeLayer => {
-            let [west, south, east, north] = layer.bounds_deg;
-            let east = if east < west { east + 360.0 } else { east };
-            Geodetic::from_degrees((south + north) / 2.0, (west + east) / 2.0).expect("a layer lies on the globe")
-        }
+        PositionPrior::WholeLayer => layer.bounds_deg.middle().expect("a layer lies on the globe"),
     }
 }
 

@@ -50,7 +50,7 @@ impl Peaked {
         };
         let half_px = half_m / gsd.mean_m_per_px();
         let (centre, half_px) = if half_px > MOST_HALF_PX { (place, MOST_HALF_PX) } else { (centre, half_px) };
-        let Ok(middle) = WorldPixel::of(centre, zoom) else { return Ok(None) };
+        let Ok(middle) = WorldPixel::from_geodetic(centre, zoom) else { return Ok(None) };
         let corner = WorldPixel { x_px: (middle.x_px - half_px).floor(), y_px: (middle.y_px - half_px).floor() };
         let Some(view) = seen(gray, camera, &Pose { nadir: corner, heading_rad }, gsd) else { return Ok(None) };
         let nadir_px = view.grid.nadir_px.map(|v| v.round() as i64);

@@ -1,10 +1,9 @@
 //! The map of located frames as SVG: imagery, true track, fixes with their ellipses, priors.
 
-use super::ellipse::{half_axes_95_m, long_axis_deg};
 use super::flight_report::{FlightReport, fix_of};
 use crate::trial::FixOutcome;
 use maud::{Markup, html};
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{EnuCovariance, ErrorEllipse, Geodetic};
 use overfly_flight::locate::Fix;
 
 /// The map, and how many times larger than true it draws the ellipses. `background` is the URL of the mosaic, which was shrunk by
@@ -25,6 +24,11 @@ pub fn map(report: &FlightReport, factor: f64, (width, height): (usize, usize), 
     (map, enlargement)
 }
 
+/// The 95 % ellipse of a fix.
+fn ellipse_95(fix: &Fix) -> ErrorEllipse {
+    EnuCovariance::from(fix.covariance_m2).ellipse_95()
+}
+
 /// The true track through points of the map.
 pub fn track(points: impl Iterator<Item = [f64; 2]>) -> Markup {
     let points: Vec<String> = points.map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
@@ -32,7 +36,7 @@ pub fn track(points: impl Iterator<Item = [f64; 2]>) -> Markup {
     html! { polyline class="track-edge" points=(points) {} polyline class="track" points=(points) {} }
 }
 
-/// The attribute that turns a shape about a point of the map.
+/// The attribute that turns a shape about a point of the map, degrees clockwise from east.
 pub fn rotation(turn_deg: f64, [x, y]: [f64; 2]) -> String {
     format!("rotate({turn_deg:.1} {x:.1} {y:.1})")
 }
@@ -60,7 +64,7 @@ impl Drawing<'_> {
 
     /// The round factor that makes the median ellipse about a hundredth as wide as the map.
     fn enlargement(&self) -> u32 {
-        let axis_px = |o: &FixOutcome| Some(half_axes_95_m(&fix_of(o)?.covariance_m2)[0] * self.px_per_m(o.truth));
+        let axis_px = |o: &FixOutcome| Some(ellipse_95(fix_of(o)?).semi_major_m * self.px_per_m(o.truth));
         let mut axes: Vec<f64> = self.report.outcomes.iter().filter_map(axis_px).collect();
         axes.sort_by(f64::total_cmp);
         let Some(middle) = axes.get(axes.len() / 2).filter(|a| **a > 0.0) else { return 1 };
@@ -96,8 +100,9 @@ impl Drawing<'_> {
         let is_false = outcome.error.is_some_and(|e| e.length_m() > self.report.score.right_m);
         let class = if is_false { "false" } else { "right" };
         let scale = self.px_per_m(outcome.truth);
-        let [long, short] = half_axes_95_m(&fix.covariance_m2).map(|a| a * scale * f64::from(enlargement));
-        let turn = rotation(long_axis_deg(&fix.covariance_m2), at);
+        let ellipse = ellipse_95(fix);
+        let [long, short] = [ellipse.semi_major_m, ellipse.semi_minor_m].map(|a| a * scale * f64::from(enlargement));
+        let turn = rotation(-ellipse.semi_major_from_east_rad.to_degrees(), at);
         let [x, y] = at.map(tenth);
         let error_m = outcome.error.map_or(0.0, |e| e.length_m());
         html! {

@@ -1,7 +1,6 @@
 //! The page of located frames: figures, map, plots, table.
 
 use super::data_url::data_url;
-use super::ellipse::{HALF_AXIS_95, half_axes_95_m};
 use super::flight_map::map;
 use super::flight_plots::{elapsed_in_time, error_in_time, error_plane};
 use super::flight_report::{FlightReport, fix_of};
@@ -9,6 +8,7 @@ use super::gallery::gallery;
 use super::html::{Card, Page, cards, figure, number, with_unit};
 use crate::trial::{FixOutcome, RecordedFrame};
 use maud::{Markup, html};
+use overfly_core::geodesy::{CHI_SQUARE_95, EnuCovariance, Heading};
 use overfly_flight::locate::Answer;
 
 const SCRIPT: &str = include_str!("report.js");
@@ -139,10 +139,11 @@ fn fix_cells(report: &FlightReport, outcome: &FixOutcome, frame: &RecordedFrame)
     let Some(fix) = fix_of(outcome) else { return html! {} };
     let error_m = outcome.error.map_or(f64::NAN, |e| e.length_m());
     let class = if error_m > report.score.right_m { "false" } else { "right" };
-    let [long, short] = half_axes_95_m(&fix.covariance_m2);
+    let ellipse = EnuCovariance::from(fix.covariance_m2).ellipse_95();
+    let (long, short) = (ellipse.semi_major_m, ellipse.semi_minor_m);
     let holds = if outcome.is_in_ellipse95() == Some(true) { "yes" } else { "no" };
     let heading = frame.true_heading_rad.map_or_else(String::new, |truth| {
-        let off = (fix.heading_deg - truth.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
+        let off = Heading::from_degrees(fix.heading_deg).turn_rad_from(Heading::from_radians(truth)).to_degrees();
         format!("{off:+.2} (1σ {:.2})", fix.heading_sigma_deg)
     });
     html! {
@@ -157,6 +158,6 @@ fn fix_cells(report: &FlightReport, outcome: &FixOutcome, frame: &RecordedFrame)
 }
 
 fn facts(report: &FlightReport) -> Markup {
-    let ellipse = ("95 % ellipse".to_owned(), format!("half axes of {HALF_AXIS_95:.3} standard deviations"));
+    let ellipse = ("95 % ellipse".to_owned(), format!("half axes of {:.3} standard deviations", CHI_SQUARE_95.sqrt()));
     html! { @for (name, value) in report.facts.iter().chain([&ellipse]) { dt { (name) } dd { (value) } } }
 }

@@ -1,14 +1,20 @@
 //! Plots of located frames: errors in the plane and over time, and durations.
 
 use super::chart::{BOUND, FALSE, INK, RIGHT, mesh, svg, time_range};
-use super::ellipse::{ellipse_95_m, half_axes_95_m};
 use super::flight_report::{FlightReport, fix_of};
+use overfly_core::geodesy::{EnuCovariance, ErrorEllipse};
+use overfly_flight::locate::Fix;
 use plotters::prelude::*;
+
+/// The 95 % ellipse of a fix.
+fn ellipse_95(fix: &Fix) -> ErrorEllipse {
+    EnuCovariance::from(fix.covariance_m2).ellipse_95()
+}
 
 /// A plot of the error of every fix, east and north, each with its own 95 % ellipse, which should contain the cross.
 pub fn error_plane(report: &FlightReport) -> String {
     let fixes: Vec<_> = report.outcomes.iter().filter_map(|o| Some((fix_of(o)?, o.error?))).collect();
-    let mut reach: Vec<f64> = fixes.iter().map(|(f, e)| e.length_m() + half_axes_95_m(&f.covariance_m2)[0]).collect();
+    let mut reach: Vec<f64> = fixes.iter().map(|(f, e)| e.length_m() + ellipse_95(f).semi_major_m).collect();
     reach.sort_by(f64::total_cmp);
     // A distant false fix would shrink all others to a dot: the plot leaves such fixes out, the text counts them.
     let limit = reach.get(reach.len() * 9 / 10).copied().unwrap_or(1.0).max(0.1) * 1.15;
@@ -21,7 +27,7 @@ pub fn error_plane(report: &FlightReport) -> String {
         mesh(&mut chart, "east, m", "north, m")?;
         for (fix, error) in &fixes {
             let colour = if error.length_m() > report.score.right_m { FALSE } else { RIGHT };
-            let around = ellipse_95_m(&fix.covariance_m2).map(|(e, n)| (error.east_m + e, error.north_m + n));
+            let around = ellipse_95(fix).outline(48).map(|o| (error.east_m + o.east_m, error.north_m + o.north_m));
             chart.draw_series(LineSeries::new(around, colour.mix(0.35)))?;
             chart.draw_series([Circle::new((error.east_m, error.north_m), 3, colour.filled())])?;
         }
@@ -38,7 +44,7 @@ pub fn error_plane(report: &FlightReport) -> String {
 pub fn error_in_time(report: &FlightReport) -> String {
     let fixes: Vec<_> = times_s(report)
         .zip(report.outcomes)
-        .filter_map(|(t, o)| Some((t, o.error?.length_m(), half_axes_95_m(&fix_of(o)?.covariance_m2)[0])))
+        .filter_map(|(t, o)| Some((t, o.error?.length_m(), ellipse_95(fix_of(o)?).semi_major_m)))
         .collect();
     let mut heights: Vec<f64> = fixes.iter().flat_map(|f| [f.1, f.2]).collect();
     heights.sort_by(f64::total_cmp);

@@ -4,7 +4,6 @@ mod calibration_plot;
 mod chart;
 mod cost_plot;
 mod data_url;
-mod ellipse;
 mod experiment_page;
 mod experiment_tables;
 mod flight_map;

@@ -1,7 +1,7 @@
 //! `Mosaic`: a layer's tiles as one picture that knows where it lies.
 
 use overfly_core::camera::Camera;
-use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, Geodetic, LocalFrame};
 use overfly_core::pixels::{Colour, MaskedColour};
 use overfly_core::tile::{TILE_SIZE_PX, TileId, WorldPixel, gsd_at};
 
@@ -55,7 +55,7 @@ impl Mosaic {
 
     /// Where a point lies in it, pixels from its corner; outside where the map ends, `None` beyond the tile matrix.
     pub fn pixel_of(&self, point: Geodetic) -> Option<[f64; 2]> {
-        let p = WorldPixel::of(point, self.zoom).ok()?;
+        let p = WorldPixel::from_geodetic(point, self.zoom).ok()?;
         Some([p.x_px - self.corner_px[0] as f64, p.y_px - self.corner_px[1] as f64])
     }
 
@@ -90,13 +90,12 @@ impl Mosaic {
         let (width, height) = camera.frame_size_px();
         let (width, height) = (width as usize, height as usize);
         let frame = LocalFrame::at(nadir);
-        let (sin, cos) = heading_rad.sin_cos();
+        let body = BodyFrame::from_heading_rad(heading_rad);
         let mut view = Colour::black(width, height);
         for y in 0..height {
             for x in 0..width {
-                let seen = camera.level_from_frame([x as f64 + 0.5, y as f64 + 0.5]).and_then(|[right_m, ahead_m]| {
-                    let ground = Enu { east_m: right_m * cos + ahead_m * sin, north_m: ahead_m * cos - right_m * sin };
-                    self.sample(self.pixel_of(frame.geodetic_from_enu(ground).ok()?)?)
+                let seen = camera.body_from_frame([x as f64 + 0.5, y as f64 + 0.5]).and_then(|ground| {
+                    self.sample(self.pixel_of(frame.geodetic_from_enu(body.enu_from_body(ground)).ok()?)?)
                 });
                 view.set(x, y, seen.unwrap_or(EMPTY));
             }

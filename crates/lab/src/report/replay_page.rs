@@ -1,7 +1,6 @@
 //! The page of a replayed flight: the track over the map and the registrations, mode by mode.
 
 use super::data_url::data_url;
-use super::ellipse::{half_axes_95_m, long_axis_deg};
 use super::flight_map::{rotation, tenth, track};
 use super::html::{Card, Page, cards, figure, number, with_unit};
 use super::mosaic::Mosaic;
@@ -9,6 +8,7 @@ use super::replay_plots::{chronogram, errors, tiles};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
 use maud::{Markup, html};
+use overfly_core::geodesy::EnuCovariance;
 
 const WIDTH_PX: usize = 1200;
 
@@ -83,8 +83,9 @@ impl FlightMap<'_> {
         let [east, north] = self.mosaic.pixels_per_m(o.truth);
         let scale = (east * north).sqrt() / self.factor;
         let most = 2.0 * self.size.0 as f64;
-        let [long, short] = half_axes_95_m(&o.position.covariance_m2).map(|a| tenth((a * scale).min(most)));
-        let turn = rotation(long_axis_deg(&o.position.covariance_m2), at);
+        let ellipse = EnuCovariance::from(o.position.covariance_m2).ellipse_95();
+        let [long, short] = [ellipse.semi_major_m, ellipse.semi_minor_m].map(|a| tenth((a * scale).min(most)));
+        let turn = rotation(-ellipse.semi_major_from_east_rad.to_degrees(), at);
         let colour = if o.position.fix_age_s == Some(0.0) { "#169688" } else { "#785abe" };
         let [x, y] = at.map(tenth);
         html! {

@@ -1,19 +1,17 @@
 //! Plots of a flown flight: errors in time, tiles searched, and the chronogram of registrations.
 
 use super::chart::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
-use super::ellipse::{HALF_AXIS_95, half_axes_95_m};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
+use overfly_core::geodesy::EnuCovariance;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Three standard deviations over 95 % half axes, 2.448 of them.
-const THREE_SIGMA: f64 = 3.0 / HALF_AXIS_95;
 const PROPAGATED: RGBColor = RGBColor(120, 90, 190);
 
 /// Error of every position, and three times its own standard deviation along the long axis.
 pub fn errors(flown: &ReplayedFlight) -> String {
-    let sigma_m = |o: &FlyOutcome| THREE_SIGMA * half_axes_95_m(&o.position.covariance_m2)[0];
+    let sigma_m = |o: &FlyOutcome| 3.0 * EnuCovariance::from(o.position.covariance_m2).ellipse().semi_major_m;
     let mut heights: Vec<f64> =
         flown.outcomes.iter().flat_map(|o| [o.error.length_m(), sigma_m(o)]).filter(|h| h.is_finite()).collect();
     heights.sort_by(f64::total_cmp);

@@ -8,7 +8,7 @@ use super::error::TrialError;
 use super::mapped_ground::MappedGround;
 use super::quantiles::Quantiles;
 use overfly_core::camera::{Camera, View};
-use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, Enu, Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
 use overfly_core::tile::{Gsd, TILE_SIZE_PX, TileId, WorldPixel, gsd_at};
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
@@ -177,16 +177,17 @@ impl CostTrial {
         let view = View::Nadir { gsd_m_per_px: gsd.mean_m_per_px() };
         let camera = Camera::new(&view, width as u32, height as u32)?;
         let reach_px = ((width as f64).hypot(height as f64) / 2.0).ceil() as i64 + 8;
-        let Ok(at) = WorldPixel::of(place, layer.base_zoom) else { return Ok(Gray::filled(width, height, 0.0)) };
+        let Ok(at) = WorldPixel::from_geodetic(place, layer.base_zoom) else {
+            return Ok(Gray::filled(width, height, 0.0));
+        };
         let corner = [at.x_px as i64 - reach_px, at.y_px as i64 - reach_px];
         let map = window(store, layer, corner, 2 * reach_px as usize)?;
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        let (sin, cos) = HEADING_RAD.sin_cos();
+        let frame = BodyFrame::from_heading_rad(HEADING_RAD);
         let mut seen = Gray::filled(width, height, 0.0);
         for (i, value) in seen.values_mut().iter_mut().enumerate() {
             let pixel = [(i % width) as f64 + 0.5, (i / width) as f64 + 0.5];
-            let [right_m, ahead_m] = camera.level_from_frame(pixel).unwrap_or([0.0; 2]);
-            let (east_m, north_m) = (right_m * cos + ahead_m * sin, ahead_m * cos - right_m * sin);
+            let Enu { east_m, north_m } = frame.enu_from_body(camera.body_from_frame(pixel).unwrap_or_default());
             let (x, y) = (at.x_px + east_m / gsd.east_m_per_px, at.y_px - north_m / gsd.north_m_per_px);
             // The sum of twelve uniform numbers, minus six, is close enough to normal.
             let noise = (0..12).map(|_| rng.random::<f32>()).sum::<f32>() - 6.0;

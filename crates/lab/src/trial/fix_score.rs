@@ -1,9 +1,8 @@
 //! `FixScore`: the score of a set of fixes against the truth.
 
-use super::ellipse::{CHI_SQUARE_95, nees};
 use super::fixes::FixOutcome;
 use super::quantiles::Quantiles;
-use overfly_core::geodesy::Enu;
+use overfly_core::geodesy::{Enu, EnuCovariance};
 use overfly_flight::locate::Answer;
 use serde::Serialize;
 
@@ -118,21 +117,20 @@ impl FixOutcome {
     /// covariance is not positive definite.
     pub fn nees(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
-        Some(nees(error, fix.covariance_m2))
+        Some(EnuCovariance::from(fix.covariance_m2).squared_mahalanobis(error))
     }
 
     /// Whether the fix's own 95 % ellipse contains the truth; `None` without a fix. A covariance that is not positive
     /// definite contains nothing.
     pub fn is_in_ellipse95(&self) -> Option<bool> {
-        Some(self.nees()? <= CHI_SQUARE_95)
+        let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
+        Some(EnuCovariance::from(fix.covariance_m2).contains_95(error))
     }
 
     /// Semi-major axis of the fix's own 95 % ellipse, metres; `None` without a fix.
     pub fn semi_major_95_m(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(_)) = (&self.answer, self.error) else { return None };
-        let [[ee, en], [_, nn]] = fix.covariance_m2;
-        let greatest = (ee + nn) / 2.0 + ((ee - nn) / 2.0).hypot(en);
-        Some((CHI_SQUARE_95 * greatest.max(0.0)).sqrt())
+        Some(EnuCovariance::from(fix.covariance_m2).ellipse_95().semi_major_m)
     }
 
     /// Base tiles whose imagery was searched.
@@ -147,7 +145,7 @@ impl FixOutcome {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use overfly_core::geodesy::{Geodetic, LocalFrame};
+    use overfly_core::geodesy::{CHI_SQUARE_95, Geodetic, LocalFrame};
     use overfly_flight::locate::{Fix, NoFix, Point, Reason};
 
     /// A fix with an error of `error` metres and a given covariance, or no fix.

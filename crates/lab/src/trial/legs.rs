@@ -7,7 +7,7 @@
 use super::error::TrialError;
 use super::recorded_flight::{RecordedFlight, RecordedFrame, runs};
 use overfly_core::camera::Camera;
-use overfly_core::geodesy::{Enu, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, BodyOffset, Enu, LocalFrame, wrap_turn_rad};
 use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
 use overfly_flight::frame::read_frame;
 use serde::Serialize;
@@ -126,9 +126,9 @@ fn compared(
     by_position: Enu,
     s: &LegSensorSigmas,
 ) -> LegComparison {
-    let [right_m, ahead_m] = [motion.displacement_px[0] * gsd_m_per_px, -motion.displacement_px[1] * gsd_m_per_px];
-    let (sin, cos) = a.heading_rad.sin_cos();
-    let displacement_m = [right_m * cos + ahead_m * sin, ahead_m * cos - right_m * sin];
+    let moved = BodyOffset::from_image_px(motion.displacement_px, gsd_m_per_px);
+    let moved = BodyFrame::from_heading_rad(a.heading_rad).enu_from_body(moved);
+    let displacement_m = [moved.east_m, moved.north_m];
     let position_displacement_m = [by_position.east_m, by_position.north_m];
     let height_ratio = b.height_agl_m / a.height_agl_m;
     // The height errs along the motion, the heading across it, and the positions in all directions.
@@ -143,14 +143,9 @@ fn compared(
         height_ratio,
         displacement_m,
         position_displacement_m,
-        heading_change_deg: wrapped_deg((b.heading_rad - a.heading_rad).to_degrees()),
+        heading_change_deg: wrap_turn_rad(b.heading_rad - a.heading_rad).to_degrees(),
         agrees: distance <= THREE_SIGMA_2D && scale_off <= 3.0 * 2f64.sqrt() * s.height_ratio,
     }
-}
-
-/// The angle wrapped into (-180, 180].
-fn wrapped_deg(angle: f64) -> f64 {
-    180.0 - (180.0 - angle).rem_euclid(360.0)
 }
 
 #[cfg(test)]

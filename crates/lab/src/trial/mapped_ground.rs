@@ -88,7 +88,7 @@ impl MappedGround {
     }
 
     fn holds(&self, point: Geodetic) -> bool {
-        let Ok(at) = WorldPixel::of(point, self.zoom) else { return false };
+        let Ok(at) = WorldPixel::from_geodetic(point, self.zoom) else { return false };
         let cell = [at.x_px, at.y_px].map(|v| (v / CELL_PX as f64).floor() as i64);
         let found = self.cells.binary_search_by_key(&(cell[0], cell[1]), |c| (c.0, c.1));
         found.is_ok_and(|i| self.cells[i].2 >= 0.5)
@@ -96,7 +96,7 @@ impl MappedGround {
 
     /// Area of the imagery within a square, m^2.
     pub fn shared_m2(&self, centre: Geodetic, half_width_m: f64) -> f64 {
-        let Ok(at) = WorldPixel::of(centre, self.zoom) else { return 0.0 };
+        let Ok(at) = WorldPixel::from_geodetic(centre, self.zoom) else { return 0.0 };
         let gsd = gsd_at(centre, self.zoom);
         let (half_x, half_y) = (half_width_m / gsd.east_m_per_px, half_width_m / gsd.north_m_per_px);
         let world_px = f64::from(TILE_SIZE_PX) * f64::from(1u32 << self.zoom);
@@ -118,7 +118,7 @@ mod tests {
     /// 100 x 60 cells around 48 N 15 E at a level where a cell is about 100 m wide.
     fn ground() -> (MappedGround, Geodetic) {
         let middle = Geodetic::from_degrees(48.0, 15.0).unwrap();
-        let at = WorldPixel::of(middle, 12).unwrap();
+        let at = WorldPixel::from_geodetic(middle, 12).unwrap();
         let (x, y) = ((at.x_px / CELL_PX as f64) as i64, (at.y_px / CELL_PX as f64) as i64);
         let cells = (x - 50..x + 50).flat_map(|i| (y - 30..y + 30).map(move |j| (i, j, 1.0))).collect();
         (MappedGround { zoom: 12, cells }, middle)

@@ -10,7 +10,6 @@ mod camera_file;
 mod cost;
 mod csv_file;
 mod drift_curve;
-mod ellipse;
 mod error;
 mod experiment;
 mod fix_score;

@@ -104,7 +104,7 @@ mod tests {
             min_zoom: 13,
             base_tiles: 1,
             tiles: 2,
-            bounds_deg: [0.0; 4],
+            bounds_deg: [0.0; 4].into(),
             acquired: acquired.map(|(a, b)| (a.into(), b.into())),
             complete: true,
             digest: None,

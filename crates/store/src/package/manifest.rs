@@ -3,6 +3,7 @@
 use super::date::parse_date;
 use crate::{Layer, LevelDigests};
 use jiff::civil::Date;
+use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use serde::{Deserialize, Serialize};
 
 /// The value of `format`.
@@ -51,7 +52,8 @@ pub struct ManifestLayer {
     /// Number of tiles at all levels.
     pub tiles: u64,
     /// Extent, degrees: west, south, east, north.
-    pub bounds_deg: [f64; 4],
+    #[serde(with = "bounds_as_array")]
+    pub bounds_deg: GeodeticBounds,
     /// Earliest and latest acquisition date of its sources, if known.
     pub acquired: Option<(String, String)>,
     /// Largest horizontal error of its tiles, one standard deviation per axis, metres.

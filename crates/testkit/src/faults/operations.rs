@@ -125,7 +125,7 @@ impl Material {
 
 /// A short route through the middle of a store, and a longer one.
 fn routes(folder: &Path, store: &Path) -> [PathBuf; 2] {
-    let [west, south, east, north] = Reader::open(store).unwrap().layers()[0].bounds_deg;
+    let [west, south, east, north] = <[f64; 4]>::from(Reader::open(store).unwrap().layers()[0].bounds_deg);
     let (start, latitude) = (west + 0.4 * (east - west), (south + north) / 2.0);
     [0.0, 0.2].map(|share| {
         let end = start + share * (east - west) + 0.0001;

@@ -298,7 +298,11 @@ fn landscape(reader: &Reader, layer: &Layer, base: &[Footprint]) -> Vec<(TileId,
     let [west, south, east, north] = LANDSCAPE_DEG;
     let inside = |f: &&Footprint| {
         let b = f.tile.bounds();
-        b.west >= west && b.east <= east && b.south >= south && b.north <= north && f.valid_fraction == 1.0
+        b.west_deg >= west
+            && b.east_deg <= east
+            && b.south_deg >= south
+            && b.north_deg <= north
+            && f.valid_fraction == 1.0
     };
     let image = |f: &Footprint| {
         let bytes = reader.encoded_tile(layer, f.tile).unwrap().unwrap().bytes;

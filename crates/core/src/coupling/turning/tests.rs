@@ -38,7 +38,7 @@ fn a_turn_ends_where_small_steps_along_it_lead() {
         let end = turn_point(s, r).unwrap();
         assert!((end.right_m - x).abs() < 1e-6 && (end.ahead_m - y).abs() < 1e-6);
     }
-    assert_eq!(turn_point(70.0, f64::INFINITY), Ok(TurnPoint { right_m: 0.0, ahead_m: 70.0 }));
+    assert_eq!(turn_point(70.0, f64::INFINITY), Ok(BodyOffset { right_m: 0.0, ahead_m: 70.0 }));
     // On a circle of 10^9 m the printed 1 - cos is 0 or one rounding; the truth is s^2 / 2 R.
     assert!((turn_point(10.0, 1e9).unwrap().right_m / 5e-8 - 1.0).abs() < 1e-12);
 }

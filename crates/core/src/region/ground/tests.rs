@@ -376,7 +376,7 @@ fn an_image_known_exactly_still_meets_four_tiles() {
     let corner = TileId::new(16, 33_000, 22_000).unwrap().bounds();
     let uncertainty = Uncertainty::Sequential { inaccuracy_m: 0.0, drift_m: 0.0 };
     let region =
-        Region::new(point(corner.north, corner.west), ImageOnGround { heading_rad: 0.0, ..IMAGE }, uncertainty)
+        Region::new(point(corner.north_deg, corner.west_deg), ImageOnGround { heading_rad: 0.0, ..IMAGE }, uncertainty)
             .unwrap();
     let met = (32_999..=33_000)
         .flat_map(|x| (21_999..=22_000).map(move |y| TileId::new(16, x, y).unwrap()))

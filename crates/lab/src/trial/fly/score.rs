@@ -2,10 +2,9 @@
 
 use super::outcome::FlyOutcome;
 use super::scale::FlightScale;
-use crate::trial::ellipse::{CHI_SQUARE_95, nees};
 use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
-use overfly_core::geodesy::LocalFrame;
+use overfly_core::geodesy::{EnuCovariance, LocalFrame};
 use serde::Serialize;
 
 /// The summary of `fly`, as JSON spells it.
@@ -85,7 +84,7 @@ impl FlyScore {
 }
 
 fn is_in_ellipse95(o: &FlyOutcome) -> bool {
-    nees(o.error, o.position.covariance_m2) <= CHI_SQUARE_95
+    EnuCovariance::from(o.position.covariance_m2).contains_95(o.error)
 }
 
 /// Clear images between the last hidden one (or the start) and the first from which on every position is right.

@@ -165,8 +165,8 @@ impl<'a> NegativeRunner<'a> {
         let view = frame.view(&self.flight.camera);
         let camera =
             Camera::new(&view, gray.width_px() as u32, gray.height_px() as u32).map_err(|e| unusable(frame, e))?;
-        let corners = camera.footprint_in_level().unwrap_or_default();
-        Ok(corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max))
+        let corners = camera.footprint_in_body().unwrap_or_default();
+        Ok(corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max))
     }
 
     /// The spoiled frame.

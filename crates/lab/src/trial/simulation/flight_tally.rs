@@ -1,6 +1,6 @@
 //! `FlightTally`: what one flight came to.
 
-use crate::trial::ellipse::CHI_SQUARE_95;
+use overfly_core::geodesy::CHI_SQUARE_95;
 
 /// What one flight came to.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -2,7 +2,7 @@
 
 use super::route::TruePose;
 use crate::trial::error::TrialError;
-use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, BodyOffset, Enu, Geodetic, LocalFrame};
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::tile::{TILE_SIZE_PX, TileId, gsd_at};
 use overfly_flight::locate::candidates::{ResidentIndex, default_layer};
@@ -66,12 +66,12 @@ impl StoredMap {
 
     /// Share of an image that the map shows.
     pub fn shows(&self, pose: &TruePose, across_m: f64, along_m: f64) -> f64 {
-        let here = LocalFrame::at(pose.position);
+        let (here, body) = (LocalFrame::at(pose.position), BodyFrame::from(pose.heading));
         let place = |k: usize| (k as f64 + 0.5) / LOOKS as f64 - 0.5;
         let (mut sum, looks) = (0.0, (LOOKS * LOOKS) as f64);
         for look in 0..LOOKS * LOOKS {
-            let (right, ahead) = (place(look % LOOKS) * across_m, place(look / LOOKS) * along_m);
-            let at = here.geodetic_from_enu(pose.enu(right, ahead)).ok();
+            let offset = BodyOffset { right_m: place(look % LOOKS) * across_m, ahead_m: place(look / LOOKS) * along_m };
+            let at = here.geodetic_from_enu(body.enu_from_body(offset)).ok();
             let tile = at.and_then(|point| TileId::containing(point, self.zoom).ok());
             sum += tile.and_then(|tile| self.valid_fraction.get(&tile)).copied().unwrap_or(0.0);
         }
@@ -81,13 +81,11 @@ impl StoredMap {
 
 /// A layer's middle, and how far its bounds lie from there, metres.
 fn extent(layer: &Layer) -> Result<(LocalFrame, [f64; 2]), TrialError> {
-    let [west, south, east, north] = layer.bounds_deg;
-    let width_deg = (east - west).rem_euclid(360.0);
+    let bounds = layer.bounds_deg;
+    let width_deg = bounds.unwrapped_east_deg() - bounds.west_deg;
     let far = |value: f64| TrialError::Option { name: "store", value, expected: "a layer of at most 100 km" };
-    let frame = Geodetic::from_degrees((south + north) / 2.0, west + width_deg / 2.0)
-        .map(LocalFrame::at)
-        .map_err(|_| far(width_deg))?;
-    let corner = Geodetic::from_degrees(north, east).map_err(|_| far(north))?;
+    let frame = bounds.middle().map(LocalFrame::at).map_err(|_| far(width_deg))?;
+    let corner = bounds.north_east().map_err(|_| far(bounds.north_deg))?;
     let Enu { east_m, north_m } = frame.enu_from_geodetic(corner);
     if east_m.max(north_m) > 50_000.0 {
         return Err(far(2.0 * east_m.max(north_m)));

@@ -1,28 +1,20 @@
 //! `SimulatedRoute`: where a simulated aircraft truly is: from waypoint to waypoint, turning no tighter than it can.
 
-use overfly_core::geodesy::{Enu, GeodesyError, Geodetic, LocalFrame};
+use overfly_core::geodesy::{Enu, GeodesyError, Geodetic, Heading, LocalFrame, wrap_turn_rad};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// A true place and heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose {
     /// Straight below the camera.
     pub position: Geodetic,
-    /// Radians clockwise from true north.
-    pub heading_rad: f64,
+    /// Direction of flight.
+    pub heading: Heading,
     /// Radians clockwise from the route's own north: what is turned between two images is turned in it, while true north turns too
     /// (the convergence of meridians).
     pub plane_heading_rad: f64,
-}
-
-impl TruePose {
-    /// An offset to the right and ahead as one to east and north.
-    pub fn enu(&self, right_m: f64, ahead_m: f64) -> Enu {
-        let (sin, cos) = self.heading_rad.sin_cos();
-        Enu { east_m: right_m * cos + ahead_m * sin, north_m: ahead_m * cos - right_m * sin }
-    }
 }
 
 /// A flight's true way, in the plane tangent at the middle of a box.
@@ -61,7 +53,7 @@ impl SimulatedRoute {
             if x.hypot(y) < REACHED * self.radius_m {
                 self.waypoint_m = drawn(self.half_extent_m, &mut self.rng);
             }
-            let off_rad = (x.atan2(y) - self.heading_rad + PI).rem_euclid(TAU) - PI;
+            let off_rad = wrap_turn_rad(x.atan2(y) - self.heading_rad);
             let turn_rad = off_rad.clamp(-piece_m / self.radius_m, piece_m / self.radius_m);
             let (sin, cos) = (self.heading_rad + turn_rad / 2.0).sin_cos();
             self.at_m = [self.at_m[0] + piece_m * sin, self.at_m[1] + piece_m * cos];
@@ -78,7 +70,7 @@ impl SimulatedRoute {
         let position = self.frame.geodetic_from_enu(Enu { east_m, north_m })?;
         Ok(TruePose {
             position,
-            heading_rad: (self.heading_rad - self.north_rad(position)).rem_euclid(TAU),
+            heading: Heading::from_radians(self.heading_rad - self.north_rad(position)),
             plane_heading_rad: self.heading_rad,
         })
     }
@@ -139,11 +131,11 @@ mod tests {
             straight.waypoint_m = [route.at_m[0] + 1e6 * sin, route.at_m[1] + 1e6 * cos];
             straight.advance(10.0);
             let moved = LocalFrame::at(pose.position).enu_from_geodetic(straight.pose().unwrap().position);
-            let off = (moved.east_m.atan2(moved.north_m) - pose.heading_rad + PI).rem_euclid(TAU) - PI;
+            let off = Heading::from_enu(moved).turn_rad_from(pose.heading);
             // The plane shortens what points away from its middle: at 22 km by 6e-6.
             assert!(off.abs() < 1e-5, "{off}");
             convergence =
-                convergence.max(((pose.plane_heading_rad - pose.heading_rad + PI).rem_euclid(TAU) - PI).abs());
+                convergence.max(Heading::from_radians(pose.plane_heading_rad).turn_rad_from(pose.heading).abs());
         }
         // Up to 20 km east or west at 47 degrees: 20 / 6378 tan(47 degrees).
         assert!((1e-3..4e-3).contains(&convergence), "{convergence}");

@@ -8,7 +8,7 @@ use super::route::TruePose;
 use super::scenario::FailureLaw;
 use overfly_core::coupling::Mode;
 use overfly_core::coupling::{Combined, region_edges_m};
-use overfly_core::geodesy::{GeodesyError, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, BodyOffset, GeodesyError, LocalFrame};
 use overfly_core::region::{ImageOnGround, Uncertainty};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -49,7 +49,7 @@ impl SearchState<'_> {
                 let image = ImageOnGround {
                     across_m: aircraft.across_m,
                     along_m: aircraft.along_m,
-                    heading_rad: centre.heading_rad,
+                    heading_rad: centre.heading.radians(),
                 };
                 let tiles = map.tiles_met(centre.position, image, uncertainty).max(1);
                 tiles as f64 * map.tile_m * map.tile_m / image_m2
@@ -76,9 +76,10 @@ impl SearchState<'_> {
     fn region(&self, pose: &TruePose) -> Result<(TruePose, Uncertainty), GeodesyError> {
         let (aircraft, errors) = (&self.case.scenario.aircraft, &self.case.scenario.errors);
         let inaccuracy_m = errors.inaccuracy_m;
-        let [across_m, along_m] = self.drift.error_m();
+        let [right_m, ahead_m] = self.drift.error_m();
         let off = |from: &TruePose| -> Result<TruePose, GeodesyError> {
-            let position = LocalFrame::at(from.position).geodetic_from_enu(from.enu(across_m, along_m))?;
+            let drifted = BodyFrame::from(from.heading).enu_from_body(BodyOffset { right_m, ahead_m });
+            let position = LocalFrame::at(from.position).geodetic_from_enu(drifted)?;
             Ok(TruePose { position, ..*from })
         };
         Ok(match (self.case.mode, &self.fixed_at) {

@@ -5,9 +5,8 @@
 use super::flight_tally::{CHECKPOINTS, TrackTally};
 use super::route::TruePose;
 use super::scenario::{CovarianceModel, DrawnDrift, ErrorModel, Scenario};
-use crate::trial::ellipse::nees;
 use nalgebra::Matrix2;
-use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, Geodetic, LocalFrame};
 use overfly_flight::navigate::{
     FilterError, FixMeasurement, Gate, NavigationFilter, OdometryStep, SensorReading, SensorSigmas, TimeUpdate,
 };
@@ -103,8 +102,8 @@ impl<'a> FilterTrack<'a> {
     /// What a relative registration says of the way from the last image to one.
     fn registered(&mut self, pose: &TruePose) -> OdometryStep {
         let moved = LocalFrame::at(self.pose.position).enu_from_geodetic(pose.position);
-        let (sin, cos) = self.pose.heading_rad.sin_cos();
-        let moved_m = [moved.east_m * cos - moved.north_m * sin, moved.east_m * sin + moved.north_m * cos];
+        let moved = BodyFrame::from(self.pose.heading).body_from_enu(moved);
+        let moved_m = [moved.right_m, moved.ahead_m];
         let error_m = match self.errors.drift {
             DrawnDrift::Bias => self.each_m,
             DrawnDrift::Independent => [(); 2].map(|()| self.step_sigma_m() * normal(&mut self.rng)),
@@ -155,7 +154,7 @@ impl<'a> FilterTrack<'a> {
         let [east_m, north_m] = self.map_error_m.map(|map_m| map_m + own_m * normal(&mut self.rng));
         let at = LocalFrame::at(image.position).geodetic_from_enu(Enu { east_m, north_m })?;
         let variance_m2 = (self.model.fix_sigma_m * self.model.stated_ratio).powi(2);
-        let heading_deg = image.heading_rad.to_degrees() + self.model.fix_heading_deg * normal(&mut self.rng);
+        let heading_deg = image.heading.degrees() + self.model.fix_heading_deg * normal(&mut self.rng);
         Ok(FixMeasurement {
             position: Geodetic::from_degrees(at.latitude_deg(), at.longitude_deg())?,
             covariance_m2: [[variance_m2, 0.0], [0.0, variance_m2]],
@@ -169,7 +168,7 @@ impl<'a> FilterTrack<'a> {
     /// Compares the filter with the truth.
     fn look(&mut self, time_s: f64) {
         let off = LocalFrame::at(self.pose.position).enu_from_geodetic(self.filter.position());
-        let nees = nees(off, self.filter.position_covariance_m2());
+        let nees = EnuCovariance::from(self.filter.position_covariance_m2()).squared_mahalanobis(off);
         let is_covered = TrackTally::holds(nees);
         self.tally.images += 1;
         self.tally.covered += u64::from(is_covered);
@@ -199,7 +198,7 @@ fn reading(
 ) -> SensorReading {
     let [compass_rad, altimeter] = offsets;
     SensorReading {
-        heading_rad: pose.heading_rad + compass_rad + sensors.heading_noise_rad * normal(rng),
+        heading_rad: pose.heading.radians() + compass_rad + sensors.heading_noise_rad * normal(rng),
         height_m: model.height_m * (altimeter + sensors.height_noise_ratio * normal(rng)).exp(),
     }
 }

@@ -1,0 +1,59 @@
+//! `CameraError`: why a stated view cannot be used.
+
+/// Why a stated view cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A length or size is not positive.
+    #[error("{name} = {value} must be a positive number")]
+    NotPositive {
+        /// Its name in requests.
+        name: &'static str,
+        /// The given value.
+        value: f64,
+    },
+    /// A value is NaN or infinite.
+    #[error("{name} = {value} is not a finite number")]
+    NotFinite {
+        /// Its name in requests.
+        name: &'static str,
+        /// The given value.
+        value: f64,
+    },
+    /// Pitch or roll is beyond the limit.
+    #[error(
+        "pitch_deg = {pitch_deg:.1}, roll_deg = {roll_deg:.1} is too far off nadir; at most {limit_deg} degrees each"
+    )]
+    TooFarOffNadir {
+        /// Stated pitch, degrees.
+        pitch_deg: f64,
+        /// Stated roll, degrees.
+        roll_deg: f64,
+        /// The limit, degrees.
+        limit_deg: f64,
+    },
+    /// The frame has another aspect than the camera's image.
+    #[error(
+        "the frame is {width_px} x {height_px} px but the camera is {expected_width_px} x {expected_height_px} px; state the intrinsics of the frame itself"
+    )]
+    OtherAspect {
+        /// Columns of the frame.
+        width_px: u32,
+        /// Rows of the frame.
+        height_px: u32,
+        /// Columns of the camera.
+        expected_width_px: u32,
+        /// Rows of the camera.
+        expected_height_px: u32,
+    },
+}
+
+impl CameraError {
+    /// A stable word for scripts and HTTP.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NotPositive { .. } | Self::NotFinite { .. } => "bad_camera",
+            Self::TooFarOffNadir { .. } => "too_far_off_nadir",
+            Self::OtherAspect { .. } => "camera_does_not_fit_frame",
+        }
+    }
+}
