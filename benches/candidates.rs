@@ -1,6 +1,6 @@
 //! The resident R*-tree (rstar) against the store's own R-tree (SQLite), over 102,400 footprints of one level:
-//! `cargo bench --bench candidates`. Prints first what building and holding the index costs. Then what the combined mode's
-//! region costs (`cargo bench --bench candidates -- combined`).
+//! `cargo bench --bench candidates`. First prints the time to read the footprints and to build the index. Then measures the
+//! region of the combined mode (`cargo bench --bench candidates -- combined`).
 
 use criterion::{BenchmarkId, Criterion};
 use overfly_core::feature::keypoint::CONTRACT;
@@ -109,7 +109,7 @@ fn main() {
         });
         group.finish();
     }
-    // The combined mode's outline, by how many radians the flight could turn.
+    // The outline of the combined mode, for turns of the flight of so many radians.
     let mut group = criterion.benchmark_group("combined region");
     group.sample_size(20);
     for turn in [0.3, 1.0, 3.0, 9.0, 100.0] {

@@ -2,11 +2,12 @@
 
 use criterion::Criterion;
 use nalgebra::Vector2;
-use overfly_core::feature::keypoint::{FrameRecipe, describe_frame, match_mutual};
+use overfly_core::feature::keypoint::{KeypointOptions, describe_frame, match_mutual};
 use overfly_core::pixels::Gray;
+use overfly_core::registration::Similarity;
 use overfly_core::registration::relative::alignment::align;
-use overfly_core::registration::relative::consensus::{Frames, Pair, estimate};
-use overfly_core::registration::relative::{MotionPrior, Similarity, register};
+use overfly_core::registration::relative::consensus::{FrameSizes, find_consensus};
+use overfly_core::registration::relative::{KeypointMatch, MotionPrior, register};
 use std::hint::black_box;
 
 const GROUND_PX: usize = 1200;
@@ -29,7 +30,7 @@ fn ground() -> Gray {
     gray.filtered_5(|[a, b, c, d, e]| (a + b + c + d + e) * 0.2)
 }
 
-/// What a frame sees whose pixels lie on the ground by `ground_from_frame`.
+/// The frame whose pixels `ground_from_frame` takes to the ground.
 fn frame(ground: &Gray, ground_from_frame: &Similarity) -> Gray {
     let value = |i: usize| {
         let p = Vector2::new((i % FRAME_PX) as f64 + 0.5, (i / FRAME_PX) as f64 + 0.5);
@@ -48,27 +49,17 @@ fn main() {
     let at = |s: &Similarity| Similarity { t: s.t + Vector2::new(200.0, 100.0), ..*s };
     let still = Similarity { c: 1.0, s: 0.0, t: Vector2::zeros() };
     let (a, b) = (frame(&ground, &at(&still)), frame(&ground, &at(&truth)));
-    let recipe = FrameRecipe { limit: 600, steps_per_octave: 1 };
-    let (of_a, of_b) = (describe_frame(&a, &recipe), describe_frame(&b, &recipe));
-    let pairs: Vec<Pair> = match_mutual(&of_a, &of_b, 0.95)
-        .iter()
-        .map(|m| {
-            let (p, q) = (of_a.points[m.a], of_b.points[m.b]);
-            Pair {
-                a: Vector2::new(p.x_px.into(), p.y_px.into()),
-                b: Vector2::new(q.x_px.into(), q.y_px.into()),
-                turn_rad: (p.angle_rad - q.angle_rad).into(),
-                scale: (p.scale / q.scale).into(),
-            }
-        })
-        .collect();
-    let frames = Frames { size_of_a: 2.0 * centre, centre_of_b: centre };
+    let options = KeypointOptions { limit: 600, steps_per_octave: 1 };
+    let (of_a, of_b) = (describe_frame(&a, &options), describe_frame(&b, &options));
+    let matches = match_mutual(&of_a, &of_b, 0.95);
+    let matches: Vec<_> = matches.iter().map(|m| KeypointMatch::new(&of_a, m.a, &of_b, m.b)).collect();
+    let frames = FrameSizes { size_of_a: 2.0 * centre, centre_of_b: centre };
     let start = Similarity { t: truth.t + Vector2::new(0.6, -0.4), ..truth };
 
     let mut group = criterion.benchmark_group("motion");
-    group.bench_function("describe_frame", |bench| bench.iter(|| describe_frame(black_box(&a), &recipe)));
+    group.bench_function("describe_frame", |bench| bench.iter(|| describe_frame(black_box(&a), &options)));
     group.bench_function("match_mutual", |bench| bench.iter(|| match_mutual(black_box(&of_a), &of_b, 0.95)));
-    group.bench_function("consensus", |bench| bench.iter(|| estimate(black_box(&pairs), &frames, (0.4, 2.5))));
+    group.bench_function("consensus", |bench| bench.iter(|| find_consensus(black_box(&matches), &frames, (0.4, 2.5))));
     group.bench_function("align", |bench| bench.iter(|| align(black_box(&a), &b, &start, centre)));
     group.bench_function("register", |bench| bench.iter(|| register(black_box(&a), &b, &MotionPrior::default())));
     group.finish();

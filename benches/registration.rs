@@ -5,12 +5,12 @@ use overfly_core::camera::{Camera, GroundGrid, View, render};
 use overfly_core::feature::Structure;
 use overfly_core::pixels::{Gray, Mask};
 use overfly_core::registration::coarse::{CoarseMap, PlacedView, Reach};
-use overfly_core::registration::similarity::{FitOptions, fit};
-use overfly_core::registration::standing::{REACH_PX, standing};
+use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
+use overfly_core::registration::window_fit::{WindowFitOptions, fit_windows};
 use overfly_core::registration::windows::{WindowOptions, match_windows};
 use std::hint::black_box;
 
-/// Edge of the map, pixels; views are 216 x 162, what a 256 x 192 frame of 5.5 m is on a level of 6.5 m.
+/// Edge of the map, pixels. Views are 216 x 162 px: a 256 x 192 frame of 5.5 m per px on a level of 6.5 m per px.
 const MAP_PX: usize = 512;
 const VIEW_PX: [usize; 2] = [216, 162];
 
@@ -32,7 +32,7 @@ fn ground() -> Gray {
 }
 
 fn structure(gray: &Gray) -> Structure {
-    Structure::of(gray, &Mask::filled(gray.width_px(), gray.height_px(), true))
+    Structure::new(gray, &Mask::filled(gray.width_px(), gray.height_px(), true))
 }
 
 fn cut(gray: &Gray, at: [usize; 2], [width, height]: [usize; 2]) -> Gray {
@@ -54,10 +54,10 @@ fn describing(criterion: &mut Criterion, ground: &Gray) {
     let mut group = criterion.benchmark_group("describe");
     let mask = Mask::filled(MAP_PX, MAP_PX, true);
     group.throughput(Throughput::Elements((MAP_PX * MAP_PX) as u64));
-    group.bench_function("structure", |b| b.iter(|| Structure::of(black_box(ground), &mask)));
+    group.bench_function("structure", |b| b.iter(|| Structure::new(black_box(ground), &mask)));
     let frame = cut(ground, [0, 0], [256, 192]);
     let camera = Camera::new(&View::Nadir { gsd_m_per_px: 5.5 }, 256, 192).expect("a camera");
-    let grid = GroundGrid::around(&camera, 0.6, [6.5, 6.5], 1.0).expect("it looks down");
+    let grid = GroundGrid::around(&camera, 0.6, [6.5, 6.5], 1.0).expect("the camera looks down");
     group.throughput(Throughput::Elements((grid.width_px * grid.height_px) as u64));
     group.bench_function("ground view", |b| b.iter(|| render(black_box(&frame), &camera, 0.6, &grid)));
     group.finish();
@@ -66,14 +66,16 @@ fn describing(criterion: &mut Criterion, ground: &Gray) {
 fn searching(criterion: &mut Criterion, ground: &Gray) {
     let region = structure(&cut(ground, [0, 0], [128, 128]));
     let view = PlacedView { structure: structure(&cut(ground, [30, 40], [54, 40])), nadir_px: [27, 20] };
-    let reach = Reach::of(std::slice::from_ref(&view));
+    let reach = Reach::from_views(std::slice::from_ref(&view));
     let map = CoarseMap::new(&region, reach);
     let mut fourier = map.fourier();
-    let spread = map.spread(&mut fourier, &view).expect("it is not blank");
+    let normalisation = map.normalisation(&mut fourier, &view).expect("the view is not blank");
     let mut group = criterion.benchmark_group("coarse, 128 x 128 px");
     group.bench_function("transform the map", |b| b.iter(|| CoarseMap::new(black_box(&region), reach)));
-    group.bench_function("denominator", |b| b.iter(|| map.spread(&mut fourier, black_box(&view))));
-    group.bench_function("two views", |b| b.iter(|| map.correlate(&mut fourier, [black_box(&view), &view], &spread)));
+    group.bench_function("denominator", |b| b.iter(|| map.normalisation(&mut fourier, black_box(&view))));
+    group.bench_function("two views", |b| {
+        b.iter(|| map.correlate(&mut fourier, [black_box(&view), &view], &normalisation))
+    });
     group.finish();
 }
 
@@ -88,9 +90,9 @@ fn refining(criterion: &mut Criterion, ground: &Gray, map: &Structure) {
         matches = match_windows(&view, map, [100, 120], &options);
         group.bench_function(name, |b| b.iter(|| match_windows(black_box(&view), map, [100, 120], &options)));
     }
-    let options = FitOptions { tolerance_px: 1.25, max_growth: 0.12, max_turn_rad: 0.14 };
-    group.bench_function("similarity", |b| b.iter(|| fit(black_box(&matches), [108.0, 81.0], &options)));
+    let options = WindowFitOptions { tolerance_px: 1.25, max_growth: 0.12, max_turn_rad: 0.14 };
+    group.bench_function("similarity", |b| b.iter(|| fit_windows(black_box(&matches), [108.0, 81.0], &options)));
     let around = structure(&cut(ground, [100 - REACH_PX, 120 - REACH_PX], VIEW_PX.map(|n| n + 2 * REACH_PX)));
-    group.bench_function("standing", |b| b.iter(|| standing(black_box(&view), &around, [REACH_PX; 2])));
+    group.bench_function("peak z-score", |b| b.iter(|| peak_z_score(black_box(&view), &around, [REACH_PX; 2])));
     group.finish();
 }

@@ -135,10 +135,7 @@ fn module_exists(path: &str) -> bool {
 
 #[test]
 fn the_checks_see_what_is_missing() {
-    assert!(
-        code_exists("coupling::Sequential::max_speed_mps")
-            && code_exists("registration::relative::Similarity::through")
-    );
+    assert!(code_exists("coupling::Sequential::max_speed_mps") && code_exists("registration::Similarity::through"));
     for absent in
         ["coupling::Sequential::max_speed", "coupling::Absent::max_speed_mps", "nowhere::turn_point", "coupling"]
     {

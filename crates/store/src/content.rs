@@ -4,7 +4,7 @@ use super::footprint::Footprint;
 use super::imagery::{self, EncodedTile};
 use super::source::Source;
 use super::{StoreError, digest};
-use overfly_core::feature::cells_of;
+use overfly_core::feature::describe_cells;
 use overfly_core::feature::keypoint::{self, Keypoints};
 use overfly_core::pixels::MaskedColour;
 use overfly_core::tile::TileId;
@@ -18,7 +18,7 @@ pub struct TileContent {
     pub image: EncodedTile,
     /// Encoded keypoints: `None` for an overview.
     pub descriptors: Option<Vec<u8>>,
-    /// Cells (`feature::cells_of`) as bytes.
+    /// Cells (`feature::describe_cells`) as bytes.
     pub cells: Vec<u8>,
     /// Content hashes of the visible sources, hexadecimal, newest first, separated by spaces.
     pub sources: String,
@@ -81,7 +81,7 @@ impl TileContent {
 
 /// Computes the cells of a tile as they are stored.
 pub fn cells_blob(pixels: &MaskedColour) -> Vec<u8> {
-    cells_of(&pixels.colour.to_gray(), &pixels.mask).into_iter().map(|v| v as u8).collect()
+    describe_cells(&pixels.colour.to_gray(), &pixels.mask).into_iter().map(|v| v as u8).collect()
 }
 
 /// A tile as the overview above it needs it.

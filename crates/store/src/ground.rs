@@ -43,7 +43,7 @@ impl Reader {
             }
         }
         let mut structure = Structure::unknown(SIZE_PX as usize, SIZE_PX as usize);
-        structure.paste(&Structure::of(&window.0, &window.1), -border, -border);
+        structure.paste(&Structure::new(&window.0, &window.1), -border, -border);
         Ok(Some(structure))
     }
 

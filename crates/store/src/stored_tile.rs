@@ -147,7 +147,7 @@ impl Reader {
             return Ok(cached);
         }
         let map = if pitch == 1 {
-            CellMap::of_tiles(self.proved_cells(layer, zoom)?)
+            CellMap::from_tiles(self.proved_cells(layer, zoom)?)
         } else {
             self.cells(layer, zoom, 1)?.merged(pitch)
         };
@@ -174,7 +174,7 @@ impl Reader {
         if !self.cells.has_room_for(met.len()) {
             return Ok(None);
         }
-        Ok(Some(Arc::new(CellMap::of_tiles(self.cells_of(layer, &met)?).merged(pitch))))
+        Ok(Some(Arc::new(CellMap::from_tiles(self.cells_of(layer, &met)?).merged(pitch))))
     }
 
     /// Reads the cells of a level from their table. If they do not have the stated digest, reads them tile by tile, and leaves out

@@ -1,9 +1,9 @@
-//! `CellMap`: the cells of a whole level, resident, in blocks on the level's own grid.
+//! `CellMap`: the cells of a whole level in memory, in blocks on the level's own grid.
 
 use super::cells::{CELLS, CELLS_BLOB_LEN, LEAST_VALID, MISSING};
 use std::collections::HashMap;
 
-/// The cells of a level or merged ones. Positions count cells from the world's north-western corner.
+/// The cells of a level, or merged cells. Positions count cells from the world's north-western corner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellMap {
     pitch: usize,
@@ -15,23 +15,23 @@ pub struct CellMap {
     mean_energy: f32,
 }
 
-/// Cells of a block.
+/// Number of cells of a block.
 const BLOCK: usize = CELLS * CELLS;
-/// A value of 0, and those of an unknown cell, as a window's byte.
+/// The byte of a window for the value 0, and for an unknown cell.
 pub const CELL_ZERO: u8 = 128;
 
 /// A rectangle cut from a map, row by row.
 #[derive(Debug, Clone)]
 pub struct CellWindow {
     width: usize,
-    /// Values, each with [`CELL_ZERO`] added; [`CELL_ZERO`] where a cell is unknown.
+    /// Values plus [`CELL_ZERO`]; [`CELL_ZERO`] where a cell is unknown.
     pub cells: Vec<[u8; 4]>,
-    /// [`cell_energy`]; 0 where a cell is unknown, and nowhere else.
+    /// [`cell_energy`] of each cell; 0 where a cell is unknown, and nowhere else.
     pub energies: Vec<u8>,
 }
 
 impl CellWindow {
-    /// With nothing in it.
+    /// Makes a window of unknown cells.
     pub fn new(width: usize, height: usize) -> Self {
         let count = width * height;
         Self { width, cells: vec![[CELL_ZERO; 4]; count], energies: vec![0; count] }
@@ -39,8 +39,9 @@ impl CellWindow {
 }
 
 impl CellMap {
-    /// Of a level's tiles: column, row and blob of each, in any order; blobs of another length are left out.
-    pub fn of_tiles(mut tiles: Vec<([u32; 2], Vec<u8>)>) -> Self {
+    /// Makes the map of a level from the column, row and blob of each tile, in any order. Blobs of another length are left
+    /// out.
+    pub fn from_tiles(mut tiles: Vec<([u32; 2], Vec<u8>)>) -> Self {
         tiles.retain(|(_, blob)| blob.len() == CELLS_BLOB_LEN);
         tiles.sort_by_key(|([column, row], _)| [*row, *column]);
         let blocks = tiles.iter().map(|&([column, row], _)| [i64::from(column), i64::from(row)]).collect();
@@ -64,22 +65,22 @@ impl CellMap {
         Self { pitch, blocks, index, cells, energies, mean_energy }
     }
 
-    /// Mean of [`cell_energy`] over all known cells.
+    /// The mean of [`cell_energy`] over all known cells.
     pub fn mean_energy(&self) -> f32 {
         self.mean_energy
     }
 
-    /// Cells of the level that a cell of this map spans.
+    /// Edge of a cell of this map, in cells of the level.
     pub fn pitch(&self) -> usize {
         self.pitch
     }
 
-    /// Column and row of every block of 32 x 32 cells that holds any.
+    /// Column and row of every block of 32 x 32 cells that has known cells.
     pub fn blocks(&self) -> &[[i64; 2]] {
         &self.blocks
     }
 
-    /// Memory held, bytes, about.
+    /// Approximate memory use, bytes.
     pub fn bytes(&self) -> usize {
         self.cells.len() * size_of::<[u8; 4]>() + self.energies.len()
     }
@@ -105,8 +106,8 @@ impl CellMap {
         }
     }
 
-    /// The map with cells `pitch` times as wide, each smoothed as far as its neighbours' middles, so that half a cell's
-    /// offset costs little. `pitch` is 1, 2 or 3, of a map of pitch 1.
+    /// The map with cells `pitch` times as wide, each smoothed up to the middles of its neighbours, so that an offset of half a
+    /// cell costs little. `pitch` is 1, 2 or 3; the map itself has pitch 1.
     pub fn merged(&self, pitch: usize) -> Self {
         let kernel: &[f32] = match pitch {
             2 => &[0.125, 0.375, 0.375, 0.125],
@@ -131,7 +132,7 @@ impl CellMap {
     }
 }
 
-/// The merged cells of a window as wide as they and the kernel's reach.
+/// The merged cells of a window; the window is as wide as the block and the kernel's reach.
 fn merged_block(window: &CellWindow, pitch: usize, kernel: &[f32]) -> Vec<[i8; 4]> {
     let side = window.width;
     let value = |v: u8| f32::from(v) - f32::from(CELL_ZERO);
@@ -139,16 +140,16 @@ fn merged_block(window: &CellWindow, pitch: usize, kernel: &[f32]) -> Vec<[i8; 4
         if e > 0 { [value(v[0]), value(v[1]), value(v[2]), value(v[3]), 1.0] } else { [0.0; 5] }
     };
     let fine: Vec<[f32; 5]> = window.cells.iter().zip(&window.energies).map(known).collect();
-    let weigh = |cells: &mut dyn Iterator<Item = [f32; 5]>| {
+    let weighted_sum = |cells: &mut dyn Iterator<Item = [f32; 5]>| {
         cells.zip(kernel).fold([0f32; 5], |sum, (v, w)| std::array::from_fn(|i| sum[i] + w * v[i]))
     };
     let across: Vec<[f32; 5]> = (0..side * CELLS)
         .map(|i| {
             let (x, y) = (i % CELLS * pitch, i / CELLS);
-            weigh(&mut fine[y * side + x..][..kernel.len()].iter().copied())
+            weighted_sum(&mut fine[y * side + x..][..kernel.len()].iter().copied())
         })
         .collect();
-    let down = |x: usize, y: usize| weigh(&mut (0..kernel.len()).map(|k| across[(y * pitch + k) * CELLS + x]));
+    let down = |x: usize, y: usize| weighted_sum(&mut (0..kernel.len()).map(|k| across[(y * pitch + k) * CELLS + x]));
     (0..BLOCK)
         .map(|i| {
             let [a, b, c, d, weight] = down(i % CELLS, i / CELLS);
@@ -157,7 +158,7 @@ fn merged_block(window: &CellWindow, pitch: usize, kernel: &[f32]) -> Vec<[i8; 4
         .collect()
 }
 
-/// How much a cell says: the sum of its values' squares, in 64ths, from 1 to 255.
+/// The energy of a cell: the sum of the squares of its values, in 64ths, from 1 to 255.
 pub fn cell_energy(values: [i8; 4]) -> u8 {
     let sum: u32 = values.iter().map(|&v| i32::from(v).pow(2).unsigned_abs()).sum();
     (sum / 64).clamp(1, 255) as u8
@@ -182,8 +183,8 @@ mod tests {
     }
 
     #[test]
-    fn merges_across_tiles_and_forgets_nothing() {
-        let map = CellMap::of_tiles(vec![([6, 9], tile(10)), ([5, 9], tile(10)), ([40, 2], tile(-7))]);
+    fn merges_across_tiles_and_keeps_all() {
+        let map = CellMap::from_tiles(vec![([6, 9], tile(10)), ([5, 9], tile(10)), ([40, 2], tile(-7))]);
         for pitch in [2, 3] {
             let merged = map.merged(pitch);
             let scale = pitch as i64;
@@ -199,6 +200,6 @@ mod tests {
     #[test]
     fn does_not_depend_on_the_order_of_tiles() {
         let (a, b) = (([3, 4], tile(1)), ([4, 4], tile(2)));
-        assert_eq!(CellMap::of_tiles(vec![a.clone(), b.clone()]), CellMap::of_tiles(vec![b, a]));
+        assert_eq!(CellMap::from_tiles(vec![a.clone(), b.clone()]), CellMap::from_tiles(vec![b, a]));
     }
 }

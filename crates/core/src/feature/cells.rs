@@ -1,9 +1,8 @@
-//! Cells: what is kept of a tile's structure to find a lost aircraft.
+//! Cells: the mean structure of a tile in coarse squares, kept to find a lost aircraft.
 //!
 //! A cell is the mean of [`Structure`]'s four components over 16 x 16 pixels. The mean is taken after every pixel was
-//! normalised at full sharpness: a road of one pixel still turns its cell, where in a shrunk image it would have vanished.
-//! Numbers of this kind per place are what HOG (Dalal and Triggs, 2005) keeps of an image, with two harmonics of the
-//! direction in the place of a histogram.
+//! normalised at full resolution: a road of one pixel still turns its cell, whereas in a shrunk image the road would vanish.
+//! HOG (Dalal and Triggs, 2005) keeps similar numbers, a histogram of directions instead of two harmonics.
 
 use super::{BORDER_PX, Structure};
 use crate::pixels::{Gray, Mask};
@@ -14,15 +13,16 @@ pub const CELL_PX: usize = 16;
 pub const CELLS: usize = 32;
 /// Length of a tile's blob: four values a cell, row by row.
 pub const CELLS_BLOB_LEN: usize = CELLS * CELLS * 4;
-/// In the place of each value of a cell where less than [`LEAST_VALID`] of it is known.
+/// The value of each component of a cell of which less than [`LEAST_VALID`] is known.
 pub const MISSING: i8 = i8::MIN;
 
-/// Share of a cell's pixels that must be described.
+/// Least share of described pixels of a known cell.
 pub const LEAST_VALID: f32 = 0.35;
-/// The cells of an image of whole cells, as stored: `[re 2phi, im 2phi, re 4phi, im 4phi]` in 254ths a cell, row by row,
+
+/// The cells of an image, as stored: `[re 2phi, im 2phi, re 4phi, im 4phi]` in 254ths for each cell, row by row;
 /// [`MISSING`] where too little is known. A remainder of the image that fills no cell is left out.
-pub fn cells_of(gray: &Gray, mask: &Mask) -> Vec<i8> {
-    let structure = Structure::of(gray, mask);
+pub fn describe_cells(gray: &Gray, mask: &Mask) -> Vec<i8> {
+    let structure = Structure::new(gray, mask);
     let valid = mask.eroded(BORDER_PX);
     let (columns, rows) = (gray.width_px() / CELL_PX, gray.height_px() / CELL_PX);
     let mut cells = Vec::with_capacity(columns * rows * 4);
@@ -42,7 +42,7 @@ pub fn cells_of(gray: &Gray, mask: &Mask) -> Vec<i8> {
     cells
 }
 
-/// Twice the mean, rounded: whole means stay below 1/2 on real ground.
+/// Twice the mean, rounded: means stay below 1/2 on real ground.
 fn quantised(sum: i32, count: i32) -> i8 {
     ((4 * sum + count * sum.signum()) / (2 * count)).clamp(-127, 127) as i8
 }
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn a_tile_of_upright_stripes_points_one_way_everywhere() {
         let stripes = Gray::from_values(512, 512, (0..512 * 512).map(|i| (i / 4 % 2 * 90) as f32).collect()).unwrap();
-        let cells = cells_of(&stripes, &Mask::filled(512, 512, true));
+        let cells = describe_cells(&stripes, &Mask::filled(512, 512, true));
         assert_eq!(cells.len(), CELLS_BLOB_LEN);
         // The gradient lies along x: its doubled and quadrupled angle are 0.
         assert!(cells.chunks_exact(4).all(|c| c[0] > 80 && c[1] == 0 && c[2] > 80 && c[3] == 0));
@@ -65,7 +65,7 @@ mod tests {
         let mut mask = Mask::filled(64, 32, true);
         (0..32).for_each(|y| (0..30).for_each(|x| mask.set(x, y, false)));
         let gray = Gray::from_values(64, 32, (0..64 * 32).map(|i| (i * 7 % 97) as f32).collect()).unwrap();
-        let cells = cells_of(&gray, &mask);
+        let cells = describe_cells(&gray, &mask);
         assert_eq!(cells.len(), 4 * 2 * 4);
         assert!(cells[..8].iter().all(|&v| v == MISSING) && cells[8..16].iter().all(|&v| v != MISSING));
     }

@@ -1,6 +1,6 @@
-//! `Structure`: where edges run, not how bright a patch is.
+//! `Structure`: the direction of edges instead of brightness.
 //!
-//! What survives years, seasons and sensors is the direction of edges. Per pixel the gradient g is taken as a complex
+//! The direction of edges survives years, seasons and sensors. Per pixel the gradient g is taken as a complex
 //! number; its doubled and its quadrupled angle, |g| e^(2i phi) and |g| e^(4i phi), forget the sign of the contrast.
 //! Both are smoothed a little and divided by the smoothed |g| plus a floor, so that strong and weak edges count alike
 //! and flat ground counts for nothing.
@@ -8,7 +8,7 @@
 //! The published channel features (HOPC; CFOG, Ye et al., IEEE TGRS 57, 2019) sample |g cos(theta - phi)| in 9
 //! directions. Over theta that function is 2/pi + 4/(3 pi) cos 2(theta - phi) - 4/(15 pi) cos 4(theta - phi) + ...:
 //! after the mean is removed, 96 % of the energy of all 9 channels is the doubled angle. Two complex channels hold
-//! what nine real ones do, and weighing the quadrupled angle fully makes the peak narrower than theirs.
+//! the energy of nine real ones, and the full weight of the quadrupled angle makes the peak narrower than theirs.
 //!
 //! Both moduli stay below 1, so a signed byte for each real number is enough: sums of products are exact integers,
 //! the same on every machine and in every order.
@@ -16,18 +16,18 @@
 use crate::pixels::{Gray, Mask};
 use crate::simd::dispatch;
 
-/// A described pixel needs this many valid pixels on every side: one for the gradient, two for the smoothing.
+/// Valid pixels needed on every side of a described pixel: one for the gradient, two for the smoothing.
 pub const BORDER_PX: usize = 3;
-/// A channel's byte for 1.
+/// The value 1 of a channel, as stored.
 pub const CHANNEL_ONE: f32 = 127.0;
-/// An energy's byte for 1.
+/// The value 1 of an energy, as stored.
 pub const ENERGY_ONE: f32 = 255.0;
 
 /// Half of the symmetric smoothing kernel, sigma 0.8 px, cut at 2 px, normalised: centre, 1 px, 2 px.
 const KERNEL: [f32; 3] = [0.500_3, 0.228_96, 0.020_89];
 /// The floor as a share of the image's mean gradient.
 const FLOOR_SHARE: f32 = 0.5;
-/// Bounds of the floor, gray levels per pixel: below, sensor noise would count as structure.
+/// Bounds of the floor, gray levels per pixel; with a lower floor sensor noise would count as structure.
 const FLOOR_BOUNDS: (f32, f32) = (0.75, 6.0);
 
 /// The structure of an image: two complex channels and the energy of both, each of shape (height, width), row by row.
@@ -45,34 +45,34 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// A structure of which nothing is known.
+    /// Makes a structure of which nothing is known.
     pub fn unknown(width_px: usize, height_px: usize) -> Self {
         let count = width_px * height_px;
         Self { width_px, height_px, channels: vec![[0; 4]; count], energy: vec![0; count] }
     }
 
-    /// Describes an image where `mask` (same size) is valid [`BORDER_PX`] around.
-    pub fn of(gray: &Gray, mask: &Mask) -> Self {
+    /// Describes an image where `mask` (of the same size) is valid [`BORDER_PX`] around.
+    pub fn new(gray: &Gray, mask: &Mask) -> Self {
         let mut structure = Self::unknown(gray.width_px(), gray.height_px());
         if gray.width_px() > 2 * BORDER_PX && gray.height_px() > 2 * BORDER_PX {
             let valid = mask.eroded(BORDER_PX);
-            let floor = floor_of(mean_gradient(gray, &valid));
-            Description { gray, valid: &valid, floor }.write(&mut structure);
+            let floor = gradient_floor(mean_gradient(gray, &valid));
+            StructurePass { gray, valid: &valid, floor }.write(&mut structure);
         }
         structure
     }
 
-    /// Total energy, pixels of energy 1: how much there is to match.
+    /// Total energy, in pixels of energy 1: the amount of structure to match.
     pub fn total_energy(&self) -> f64 {
         self.energy.iter().map(|&e| u64::from(e)).sum::<u64>() as f64 / f64::from(ENERGY_ONE)
     }
 
-    /// Mean energy of the pixels that have any, in [0, 1].
+    /// Mean energy of the pixels with energy, in [0, 1].
     pub fn mean_energy(&self) -> f64 {
         self.total_energy() / self.energy.iter().filter(|&&e| e > 0).count().max(1) as f64
     }
 
-    /// Copies `source` with its corner at (`x_px`, `y_px`), as far as it falls inside.
+    /// Copies the part of `source` that falls inside, the corner of `source` at (`x_px`, `y_px`).
     pub fn paste(&mut self, source: &Self, x_px: i64, y_px: i64) {
         let (from_x, to_x) = (x_px.max(0), (x_px + source.width_px as i64).min(self.width_px as i64));
         let (from_y, to_y) = (y_px.max(0), (y_px + source.height_px as i64).min(self.height_px as i64));
@@ -89,8 +89,8 @@ impl Structure {
     }
 }
 
-/// Everything that one pass over an image needs.
-struct Description<'a> {
+/// The inputs of one pass over an image.
+struct StructurePass<'a> {
     gray: &'a Gray,
     valid: &'a Mask,
     floor: f32,
@@ -99,7 +99,7 @@ struct Description<'a> {
 /// Rows of the four channels and of |g|, in this order.
 type Rows = [Vec<f32>; 5];
 
-impl Description<'_> {
+impl StructurePass<'_> {
     /// Streams over the rows: gradient, smoothing along x into a ring of five rows, smoothing along y, division.
     fn write(&self, out: &mut Structure) {
         let (width, height) = (self.gray.width_px(), self.gray.height_px());
@@ -124,6 +124,7 @@ impl Description<'_> {
     }
 }
 
+/// The rows to write.
 struct Target<'a> {
     channels: &'a mut [[i8; 4]],
     energy: &'a mut [u8],
@@ -138,7 +139,7 @@ fn gradient(a: &[f32], b: &[f32], c: &[f32], x: usize) -> (f32, f32) {
 }
 
 dispatch! {
-    /// |g| e^(2i phi), |g| e^(4i phi) and |g| of one row from it and its neighbours; the first and last stay.
+    /// Writes |g| e^(2i phi), |g| e^(4i phi) and |g| of the middle one of three rows; the first and the last pixel stay.
     fn gradient_row(lines: [&[f32]; 3], out: &mut Rows) {
         let [a, b, c] = lines;
         let count = a.len() - 2;
@@ -162,7 +163,7 @@ dispatch! {
 }
 
 dispatch! {
-    /// The kernel along x; the outermost two pixels are left.
+    /// Applies the kernel along x; the outermost two pixels stay.
     fn smooth_row(raw: &Rows, out: &mut Rows) {
         let [k0, k1, k2] = KERNEL;
         for (source, target) in raw.iter().zip(out) {
@@ -176,7 +177,7 @@ dispatch! {
 }
 
 dispatch! {
-    /// The kernel along y over five rows.
+    /// Applies the kernel along y over five rows.
     fn smooth_column(rows: [&[f32]; 5], out: &mut [f32]) {
         let [k0, k1, k2] = KERNEL;
         let [a, b, c, d, e] = rows.map(|row| &row[..out.len()]);
@@ -187,7 +188,7 @@ dispatch! {
 }
 
 dispatch! {
-    /// The division by |g| and floor, and the rounding to bytes.
+    /// Divides by |g| and floor, and rounds to bytes.
     fn divide_row(smooth: &Rows, valid: &[u8], floor: f32, out: Target<'_>) {
         let width = valid.len();
         let [re2, im2, re4, im4, magnitude] = smooth;
@@ -207,13 +208,13 @@ dispatch! {
     }
 }
 
-/// To the nearest integer, ties to even, for |v| < 2^22: adding 1.5 x 2^23 leaves it in the low bits.
+/// The nearest integer, ties to even, for |v| < 2^22: adding 1.5 x 2^23 leaves the integer in the low bits.
 #[inline(always)]
 fn rounded(v: f32) -> u32 {
     (v + 12_582_912.0).to_bits()
 }
 
-/// Mean gradient over the valid pixels, gray levels per pixel. Rows are summed one by one, so the order is fixed.
+/// The mean gradient over the valid pixels, gray levels per pixel. Rows are summed one by one, so the order is fixed.
 fn mean_gradient(gray: &Gray, valid: &Mask) -> f32 {
     let count = valid.values().iter().filter(|&&v| v != 0).count();
     let mut row = vec![0f32; gray.width_px()];
@@ -228,7 +229,7 @@ fn mean_gradient(gray: &Gray, valid: &Mask) -> f32 {
 }
 
 dispatch! {
-    /// |g| of one row where it is valid, else 0.
+    /// Writes |g| of one row where the mask is valid, else 0.
     fn magnitude_row(lines: [&[f32]; 3], valid: &[u8], out: &mut [f32]) {
         let [a, b, c] = lines;
         let count = a.len() - 2;
@@ -243,7 +244,7 @@ dispatch! {
 }
 
 /// Half the mean gradient, within bounds.
-fn floor_of(mean_gradient: f32) -> f32 {
+fn gradient_floor(mean_gradient: f32) -> f32 {
     (mean_gradient * FLOOR_SHARE).clamp(FLOOR_BOUNDS.0, FLOOR_BOUNDS.1)
 }
 
@@ -265,9 +266,9 @@ mod tests {
     }
 
     #[test]
-    fn forgets_the_sign_of_the_contrast() {
+    fn does_not_depend_on_the_sign_of_the_contrast() {
         let mask = Mask::filled(40, 30, true);
-        let (a, b) = (Structure::of(&wavy(1.0), &mask), Structure::of(&wavy(-1.0), &mask));
+        let (a, b) = (Structure::new(&wavy(1.0), &mask), Structure::new(&wavy(-1.0), &mask));
         let near = |p: &[i8; 4], q: &[i8; 4]| p.iter().zip(q).all(|(x, y)| x.abs_diff(*y) <= 1);
         assert!(a.channels.iter().zip(&b.channels).all(|(p, q)| near(p, q)));
     }
@@ -276,7 +277,7 @@ mod tests {
     fn knows_nothing_near_a_hole() {
         let mut mask = Mask::filled(40, 30, true);
         mask.set(20, 15, false);
-        let s = Structure::of(&wavy(1.0), &mask);
+        let s = Structure::new(&wavy(1.0), &mask);
         for y in 12..=18 {
             for x in 17..=23 {
                 assert_eq!((s.energy[y * 40 + x], s.channels[y * 40 + x]), (0, [0; 4]));
@@ -287,7 +288,7 @@ mod tests {
 
     #[test]
     fn accepts_images_too_small_to_describe() {
-        let s = Structure::of(&Gray::filled(5, 3, 1.0), &Mask::filled(5, 3, true));
+        let s = Structure::new(&Gray::filled(5, 3, 1.0), &Mask::filled(5, 3, true));
         assert_eq!(s.total_energy(), 0.0);
     }
 
@@ -305,7 +306,7 @@ mod tests {
         let valid = mask.eroded(BORDER_PX);
         let all = (0..gray.width_px() * gray.height_px()).map(|i| (i % gray.width_px(), i / gray.width_px()));
         let known: Vec<_> = all.filter(|&(i, j)| valid.at(i, j)).collect();
-        let floor = floor_of(known.iter().map(|&(i, j)| magnitude(i, j)).sum::<f32>() / known.len() as f32);
+        let floor = gradient_floor(known.iter().map(|&(i, j)| magnitude(i, j)).sum::<f32>() / known.len() as f32);
         let (mut sums, mut below) = ([0f32; 4], 0f32);
         for dy in 0..5 {
             for dx in 0..5 {
@@ -321,12 +322,12 @@ mod tests {
     }
 
     #[test]
-    fn streams_what_the_definition_says() {
+    fn streaming_agrees_with_the_definition() {
         let mut gray = wavy(1.0);
         gray.values_mut().iter_mut().enumerate().for_each(|(i, v)| *v += ((i * 7919) % 31) as f32);
         let mut mask = Mask::filled(40, 30, true);
         mask.set(30, 9, false);
-        let s = Structure::of(&gray, &mask);
+        let s = Structure::new(&gray, &mask);
         for y in BORDER_PX..30 - BORDER_PX {
             for x in BORDER_PX..40 - BORDER_PX {
                 let (found, expected) = (s.channels[y * 40 + x], by_definition(&gray, &mask, x, y));
@@ -340,7 +341,7 @@ mod tests {
 
     #[test]
     fn pastes_what_falls_inside() {
-        let s = Structure::of(&wavy(1.0), &Mask::filled(40, 30, true));
+        let s = Structure::new(&wavy(1.0), &Mask::filled(40, 30, true));
         let mut window = Structure::unknown(20, 20);
         window.paste(&s, -15, 9);
         assert_eq!(window.channels[9 * 20], s.channels[15]);

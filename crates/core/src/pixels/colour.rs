@@ -1,6 +1,6 @@
 //! `Colour`: 8-bit red, green, blue.
 
-use super::Gray;
+use super::gray::Gray;
 
 /// An image of 8-bit RGB triples, row by row from the top, shape (height, width, 3).
 #[derive(Debug, Clone, PartialEq)]
@@ -11,12 +11,12 @@ pub struct Colour {
 }
 
 impl Colour {
-    /// A black image.
+    /// Makes a black image.
     pub fn black(width_px: usize, height_px: usize) -> Self {
         Self { width_px, height_px, values: vec![0; width_px * height_px * 3] }
     }
 
-    /// An image of given values, interleaved RGB; `None` where the count does not fit the size.
+    /// Makes an image of given values, interleaved RGB; `None` where the count does not fit the size.
     pub fn from_values(width_px: usize, height_px: usize, values: Vec<u8>) -> Option<Self> {
         (values.len() == width_px * height_px * 3).then_some(Self { width_px, height_px, values })
     }
@@ -36,7 +36,7 @@ impl Colour {
         &self.values
     }
 
-    /// As [`Colour::values`], to write.
+    /// As [`Colour::values`], mutable.
     pub fn values_mut(&mut self) -> &mut [u8] {
         &mut self.values
     }
@@ -53,7 +53,7 @@ impl Colour {
         self.values[i..i + 3].copy_from_slice(&rgb);
     }
 
-    /// Luma of ITU-R BT.601 (0.299, 0.587, 0.114), in [0, 255].
+    /// The luma of ITU-R BT.601 (0.299, 0.587, 0.114), in [0, 255].
     pub fn to_gray(&self) -> Gray {
         let values = self
             .values

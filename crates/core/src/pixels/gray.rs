@@ -9,12 +9,12 @@ pub struct Gray {
 }
 
 impl Gray {
-    /// An image of one value everywhere.
+    /// Makes an image of one value everywhere.
     pub fn filled(width_px: usize, height_px: usize, value: f32) -> Self {
         Self { width_px, height_px, values: vec![value; width_px * height_px] }
     }
 
-    /// An image of given values; `None` where the count does not fit the size.
+    /// Makes an image of given values; `None` where the count does not fit the size.
     pub fn from_values(width_px: usize, height_px: usize, values: Vec<f32>) -> Option<Self> {
         (values.len() == width_px * height_px).then_some(Self { width_px, height_px, values })
     }
@@ -34,7 +34,7 @@ impl Gray {
         &self.values
     }
 
-    /// As [`Gray::values`], to write.
+    /// As [`Gray::values`], mutable.
     pub fn values_mut(&mut self) -> &mut [f32] {
         &mut self.values
     }
@@ -49,8 +49,8 @@ impl Gray {
         self.values[y * self.width_px + x]
     }
 
-    /// A symmetric five-pixel kernel along the rows, then along the columns; it is given five neighbours in order. The rim,
-    /// two pixels wide, is left as it is in the direction that the kernel does not fit.
+    /// The image filtered by a symmetric five-pixel kernel along the rows, then along the columns. The kernel is given five
+    /// neighbours in order. The rim, two pixels wide, is left unfiltered in the direction in which the kernel does not fit.
     pub fn filtered_5(&self, kernel: impl Fn([f32; 5]) -> f32) -> Self {
         let (width, height) = (self.width_px, self.height_px);
         let mut rows = self.clone();
@@ -74,7 +74,7 @@ impl Gray {
         out
     }
 
-    /// Bilinear value at a position in pixels counted from the corner; the edge is repeated outside.
+    /// The bilinear value at a position, pixels from the corner; the edge is repeated outside.
     pub fn sample(&self, x_px: f64, y_px: f64) -> f32 {
         let clamp = |v: f64, n: usize| v.clamp(0.0, (n - 1) as f64);
         let (x, y) = (clamp(x_px - 0.5, self.width_px), clamp(y_px - 0.5, self.height_px));

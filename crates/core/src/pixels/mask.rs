@@ -1,4 +1,4 @@
-//! `Mask`: which pixels are real.
+//! `Mask`: which pixels are valid.
 
 use crate::simd::dispatch;
 
@@ -11,12 +11,12 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// All pixels valid, or none.
+    /// Makes a mask with all pixels valid, or all missing.
     pub fn filled(width_px: usize, height_px: usize, valid: bool) -> Self {
         Self { width_px, height_px, values: vec![if valid { 255 } else { 0 }; width_px * height_px] }
     }
 
-    /// A mask of given bytes (anything but 0 is valid); `None` where the count does not fit the size.
+    /// Makes a mask of given bytes (all but 0 are valid); `None` where the count does not fit the size.
     pub fn from_values(width_px: usize, height_px: usize, mut values: Vec<u8>) -> Option<Self> {
         for value in &mut values {
             *value = if *value == 0 { 0 } else { 255 };
@@ -39,7 +39,7 @@ impl Mask {
         &self.values
     }
 
-    /// As [`Mask::values`], to write; 0 or 255 only.
+    /// As [`Mask::values`], mutable; write only 0 or 255.
     pub fn values_mut(&mut self) -> &mut [u8] {
         &mut self.values
     }
@@ -65,8 +65,7 @@ impl Mask {
         self.values.iter().all(|&v| v != 0)
     }
 
-    /// The mask with `radius_px` taken off around every hole and along the image's edge (a square neighbourhood must
-    /// be valid).
+    /// The mask eroded by `radius_px` around every hole and along the image's edge: a square neighbourhood must be valid.
     pub fn eroded(&self, radius_px: usize) -> Self {
         let (width, height) = (self.width_px, self.height_px);
         let mut rows = vec![0u8; width * height];
@@ -87,7 +86,7 @@ impl Mask {
     }
 }
 
-/// Writes the bitwise and of `count` rows.
+/// Writes the bitwise "and" of `count` rows.
 fn and_all<'a>(count: usize, row: impl Fn(usize) -> &'a [u8], out: &mut [u8]) {
     out.fill(255);
     for d in 0..count {
@@ -110,7 +109,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn erodes_as_the_definition_says(width in 1usize..20, height in 1usize..20, radius in 0usize..4,
+        fn erosion_agrees_with_the_definition(width in 1usize..20, height in 1usize..20, radius in 0usize..4,
                                          holes in proptest::collection::vec((0usize..20, 0usize..20), 0..5)) {
             let mut mask = Mask::filled(width, height, true);
             for (x, y) in holes {

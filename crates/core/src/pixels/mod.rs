@@ -5,17 +5,10 @@
 mod colour;
 mod gray;
 mod mask;
+mod masked_colour;
 mod shrink;
 
 pub use colour::Colour;
 pub use gray::Gray;
 pub use mask::Mask;
-
-/// An 8-bit colour image and which of its pixels are real.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MaskedColour {
-    /// The colours; where `mask` says no, black.
-    pub colour: Colour,
-    /// Same size as `colour`.
-    pub mask: Mask,
-}
+pub use masked_colour::MaskedColour;

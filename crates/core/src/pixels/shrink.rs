@@ -1,13 +1,14 @@
 //! Area-correct shrinking.
 
-use super::{Gray, Mask};
+use super::gray::Gray;
+use super::mask::Mask;
 use fast_image_resize as fir;
 use fir::images::TypedImage;
 use fir::pixels::F32;
 
 impl Gray {
-    /// The image at a smaller size, every source pixel weighing in (triangle filter as wide as the shrinking): no
-    /// aliasing. A size that is not smaller in either direction, or is zero, returns the image as it is.
+    /// The image at a smaller size, without aliasing: a triangle filter as wide as the reduction weighs every source pixel.
+    /// Returns the image unchanged for a size that is not smaller in either direction, or is zero.
     pub fn shrunk(&self, width_px: usize, height_px: usize) -> Self {
         let (own_width, own_height) = (self.width_px(), self.height_px());
         let shrinks = width_px < own_width || height_px < own_height;
@@ -23,8 +24,8 @@ impl Gray {
         Self::from_values(width_px, height_px, values).expect("the resizer filled every pixel")
     }
 
-    /// The mean of every `factor` x `factor` pixels; what is left over at the right and below is dropped. A factor of 0
-    /// or larger than the image gives an empty image.
+    /// The means of `factor` x `factor` pixels; a remainder at the right and below is dropped. A factor of 0, or larger than
+    /// the image, gives an empty image.
     pub fn binned(&self, factor: usize) -> Self {
         let (width, height) =
             (self.width_px().checked_div(factor).unwrap_or(0), self.height_px().checked_div(factor).unwrap_or(0));
@@ -34,7 +35,7 @@ impl Gray {
             let target = &mut out.values_mut()[y / factor * width..(y / factor + 1) * width];
             let row = self.row(y);
             if factor == 2 {
-                // What is known when compiling is compiled to vectors.
+                // A bin size known at compile time lets the compiler vectorise.
                 for (sum, bin) in target.iter_mut().zip(row.chunks_exact(2)) {
                     *sum += (bin[0] + bin[1]) * norm;
                 }
@@ -47,7 +48,7 @@ impl Gray {
         out
     }
 
-    /// The image at half its size: the mean of the valid among every 2 x 2 pixels; valid where at least two are.
+    /// The image at half its size: the mean of the valid pixels among each 2 x 2; valid where at least two are.
     pub fn halved(&self, mask: &Mask) -> (Self, Mask) {
         let (width, height) = (self.width_px() / 2, self.height_px() / 2);
         let mut half = Self::filled(width, height, 0.0);
@@ -76,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bins_are_means_and_the_rest_is_dropped() {
+    fn bins_are_means_and_the_remainder_is_dropped() {
         let ramp = Gray::from_values(7, 5, (0..35).map(|i| i as f32).collect()).unwrap().binned(2);
         assert_eq!((ramp.width_px(), ramp.height_px()), (3, 2));
         assert_eq!(ramp.at(1, 1), (16.0 + 17.0 + 23.0 + 24.0) / 4.0);

@@ -1,38 +1,39 @@
 //! Products of a template's cells with a window's cells at many places at once.
 //!
-//! A place is a 32-bit lane: its four bytes meet the template's four bytes in one instruction. Exact integers, so that
-//! the quick ways give what the plain one gives.
+//! A place is a 32-bit lane, whose four bytes are multiplied by the template's four bytes in one instruction. Sums are exact
+//! integers, so the SIMD kernels give the same as the plain one.
 
 /// One cell of a template.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TemplateCell {
-    /// Where it meets the window, counted from the place, in a window laid out row by row.
+    /// Index of the window's cell under this cell, from the place, in a window laid out row by row.
     pub offset: usize,
-    /// Its values, each from -63 to 63: two products with a window's byte then fit 16 bits.
+    /// Values from -63 to 63: two products with a window's byte then fit 16 bits.
     pub values: [i8; 4],
 }
 
 /// Largest modulus of a template's value.
 pub const MOST_VALUE: i8 = 63;
-/// Columns of places come in multiples of this,
+/// The number of columns of places is a multiple of this,
 pub const COLUMNS_STEP: usize = 16;
-/// and rows in multiples of this.
+/// and the number of rows a multiple of this.
 pub const ROWS_STEP: usize = 4;
 
-/// For each place (x, y) of `columns` x (`sums.len()` / `columns`) the sum over `cells` of products with the window's
-/// cell at `y * stride + x + offset`. Shapes as [`COLUMNS_STEP`] and [`ROWS_STEP`] say.
+/// Writes for each place (x, y) of `columns` x (`sums.len()` / `columns`) the sum over `cells` of products with the window's
+/// cell at `y * stride + x + offset`. The shape is a multiple of [`COLUMNS_STEP`] and [`ROWS_STEP`].
 ///
 /// # Panics
-/// Where a place reaches beyond the window, or the shape is another.
+/// Where a place reaches beyond the window, or the shape is no such multiple.
 pub fn cell_dots(window: &[[u8; 4]], stride: usize, cells: &[TemplateCell], columns: usize, sums: &mut [i32]) {
     let rows = sums.len() / columns.max(1);
     assert!(columns.is_multiple_of(COLUMNS_STEP) && rows.is_multiple_of(ROWS_STEP) && rows * columns == sums.len());
     let farthest = cells.iter().map(|c| c.offset).max().unwrap_or(0);
     assert!(rows == 0 || (rows - 1) * stride + columns + farthest <= window.len(), "a place reaches beyond the window");
     #[cfg(target_arch = "x86_64")]
+    #[allow(unsafe_code)]
     {
         if is_x86_feature_detected!("avx512vnni") && is_x86_feature_detected!("avx512f") {
-            // SAFETY: the machine has it, and every place lies in the window.
+            // SAFETY: the machine has AVX-512 F and VNNI, and every place lies in the window.
             return unsafe { x86::dots_vnni(window, stride, cells, columns, sums) };
         }
         if is_x86_feature_detected!("avx2") {
@@ -55,6 +56,7 @@ fn plain(window: &[[u8; 4]], stride: usize, cells: &[TemplateCell], columns: usi
 }
 
 #[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
 mod x86 {
     use super::{COLUMNS_STEP, ROWS_STEP, TemplateCell};
     use std::arch::x86_64::*;
@@ -137,7 +139,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_way_gives_the_same(seed in 0u32..1000, strips in 1usize..4, wide in 1usize..4, extreme in any::<bool>()) {
+        #[allow(unsafe_code)]
+        fn all_kernels_give_the_same(seed in 0u32..1000, strips in 1usize..4, wide in 1usize..4, extreme in any::<bool>()) {
             let (columns, rows, reach) = (wide * COLUMNS_STEP, strips * ROWS_STEP, 5);
             let stride = columns + reach;
             let mut state = seed;
@@ -161,7 +164,7 @@ mod tests {
             prop_assert_eq!(&sums, &expected);
             #[cfg(target_arch = "x86_64")]
             if is_x86_feature_detected!("avx2") {
-                // SAFETY: the machine has it; the shapes are right.
+                // SAFETY: the machine has AVX2; the shapes are right.
                 unsafe { x86::dots_avx2(&window, stride, &cells, columns, &mut sums) };
                 prop_assert_eq!(&sums, &expected);
             }

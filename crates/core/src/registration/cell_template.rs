@@ -1,32 +1,35 @@
-//! A view as cells: under any heading, scale and pitch from one description.
+//! Cell templates: a view as cells under any heading, scale and pitch, from one description.
 
 use super::cell_dots::{MOST_VALUE, TemplateCell};
 use crate::feature::{BORDER_PX, LEAST_VALID, Structure};
 use crate::pixels::Mask;
 
-/// A view's structure in small squares, from which templates of any turn are made without looking at pixels again.
+/// The structure of a view in small squares, from which templates of any rotation are made without reading pixels again.
 #[derive(Debug, Clone)]
 pub struct CellView {
-    points: Vec<Point>,
-    /// The middle of what is described, from the nadir, pixels right and down.
+    squares: Vec<Square>,
+    /// The middle of the described part of the view, from the nadir, pixels right and down.
     middle_px: [f64; 2],
 }
 
+/// One square of the view.
 #[derive(Debug, Clone, Copy)]
-struct Point {
-    /// From the view's middle.
+struct Square {
+    /// Middle of the square, px from the view's middle.
     at_px: [f32; 2],
+    /// Sums of the four components.
     sums: [f32; 4],
+    /// Described pixels.
     count: f32,
 }
 
 /// Edge of the squares: a quarter of a cell.
 const SQUARE_PX: usize = 4;
 
-/// A view's cells under one heading, scale and pitch, mean removed.
+/// The cells of a view under one heading, scale and pitch, their mean removed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellTemplate {
-    /// Cells that are known: position from the middle, and values up to [`MOST_VALUE`].
+    /// The known cells: position from the middle, and values up to [`MOST_VALUE`].
     cells: Vec<([i32; 2], [i8; 4])>,
     /// Sum of squares of all values.
     norm: f32,
@@ -35,43 +38,44 @@ pub struct CellTemplate {
 }
 
 impl CellView {
-    /// Of a north-up view (heading 0) and its mask; its nadir lies at `nadir_px`. `None` where it holds nothing.
-    pub fn of(structure: &Structure, mask: &Mask, nadir_px: [f64; 2]) -> Option<Self> {
+    /// Makes the cell view of a north-up view (heading 0), its mask and its nadir, px from the corner. `None` where the view
+    /// shows nothing.
+    pub fn new(structure: &Structure, mask: &Mask, nadir_px: [f64; 2]) -> Option<Self> {
         let valid = mask.eroded(BORDER_PX);
-        let mut points = Vec::new();
+        let mut squares = Vec::new();
         for (row, column) in (0..structure.height_px / SQUARE_PX)
             .flat_map(|row| (0..structure.width_px / SQUARE_PX).map(move |column| (row, column)))
         {
-            points.extend(Point::of(structure, &valid, column * SQUARE_PX, row * SQUARE_PX, nadir_px));
+            squares.extend(Square::new(structure, &valid, column * SQUARE_PX, row * SQUARE_PX, nadir_px));
         }
-        let count = points.iter().map(|p| f64::from(p.count)).sum::<f64>();
-        let mean = |axis: usize| points.iter().map(|p| f64::from(p.at_px[axis] * p.count)).sum::<f64>() / count;
+        let count = squares.iter().map(|p| f64::from(p.count)).sum::<f64>();
+        let mean = |axis: usize| squares.iter().map(|p| f64::from(p.at_px[axis] * p.count)).sum::<f64>() / count;
         if count <= 0.0 || structure.total_energy() <= 0.0 {
             return None;
         }
         let middle_px = [mean(0), mean(1)];
-        for point in &mut points {
-            (0..2).for_each(|axis| point.at_px[axis] -= middle_px[axis] as f32);
+        for square in &mut squares {
+            (0..2).for_each(|axis| square.at_px[axis] -= middle_px[axis] as f32);
         }
-        Some(Self { points, middle_px })
+        Some(Self { squares, middle_px })
     }
 
-    /// From the nadir to the view's middle under a heading and a scale, pixels right and down.
+    /// Offset from the nadir to the view's middle under a heading and a scale, pixels right and down.
     pub fn middle_px(&self, heading_rad: f64, ratio: f64) -> [f64; 2] {
         let (sin, cos) = heading_rad.sin_cos();
         let [x, y] = self.middle_px;
         [ratio * (x * cos - y * sin), ratio * (x * sin + y * cos)]
     }
 
-    /// The cells of `pitch_px` within `half` cells of the middle; `None` where nothing is left to compare. Each square is
-    /// shared out among the four nearest cells, which smooths as a map's merged cells are.
+    /// The template of cells of `pitch_px` within `half` cells of the middle; `None` where nothing is left to compare. Each
+    /// square is divided among the four nearest cells, which smooths the template as merging smooths the map.
     pub fn template(&self, heading_rad: f64, ratio: f64, pitch_px: f64, half: usize) -> Option<CellTemplate> {
         let side = 2 * half + 1;
         let (sin, cos) = heading_rad.sin_cos();
         let scale = ratio / pitch_px;
         let turn = [(cos * scale) as f32, (sin * scale) as f32];
         let mut cells = vec![[0f32; 5]; side * side];
-        for p in &self.points {
+        for p in &self.squares {
             let x = p.at_px[0] * turn[0] - p.at_px[1] * turn[1] + half as f32;
             let y = p.at_px[0] * turn[1] + p.at_px[1] * turn[0] + half as f32;
             let (x0, y0) = (x.floor(), y.floor());
@@ -96,12 +100,12 @@ impl CellView {
                 (at, turned([a / count, b / count, c / count, d / count], heading_rad))
             })
             .collect();
-        CellTemplate::of(&known)
+        CellTemplate::from_cells(&known)
     }
 }
 
-impl Point {
-    fn of(structure: &Structure, valid: &Mask, left: usize, top: usize, nadir_px: [f64; 2]) -> Option<Self> {
+impl Square {
+    fn new(structure: &Structure, valid: &Mask, left: usize, top: usize, nadir_px: [f64; 2]) -> Option<Self> {
         let mut sums = [0i32; 4];
         let mut count = 0u8;
         for y in top..top + SQUARE_PX {
@@ -117,7 +121,7 @@ impl Point {
     }
 }
 
-/// Both harmonics after a clockwise turn.
+/// Both harmonics after a clockwise rotation.
 fn turned([a, b, c, d]: [f32; 4], heading_rad: f64) -> [f32; 4] {
     let by = |re: f32, im: f32, angle: f64| {
         let (sin, cos) = (angle.sin() as f32, angle.cos() as f32);
@@ -128,7 +132,8 @@ fn turned([a, b, c, d]: [f32; 4], heading_rad: f64) -> [f32; 4] {
 }
 
 impl CellTemplate {
-    fn of(known: &[([i32; 2], [f32; 4])]) -> Option<Self> {
+    /// Makes the template of known cells; `None` where all are alike.
+    fn from_cells(known: &[([i32; 2], [f32; 4])]) -> Option<Self> {
         let n = known.len() as f32;
         let mean: [f32; 4] = std::array::from_fn(|i| known.iter().map(|(_, v)| v[i]).sum::<f32>() / n);
         let less = |v: &[f32; 4]| -> [f32; 4] { std::array::from_fn(|i| v[i] - mean[i]) };
@@ -154,8 +159,8 @@ impl CellTemplate {
         self.total
     }
 
-    /// The cells as a window of `stride` columns meets them when the template's middle lies `margin` right of and below
-    /// the place.
+    /// The cells laid out for a window of `stride` columns, with the template's middle `margin` cells right of and below the
+    /// place.
     pub fn laid_out(&self, stride: usize, margin: usize) -> Vec<TemplateCell> {
         self.at_offsets(stride, margin, |values| values)
     }
@@ -189,7 +194,7 @@ mod tests {
     #[test]
     fn a_turned_template_is_the_template_of_the_turned_view() {
         let mask = Mask::filled(192, 192, true);
-        let view = |turned| CellView::of(&Structure::of(&ground(turned), &mask), &mask, [96.0, 96.0]).unwrap();
+        let view = |turned| CellView::new(&Structure::new(&ground(turned), &mask), &mask, [96.0, 96.0]).unwrap();
         let by_template = view(false).template(std::f64::consts::FRAC_PI_2, 1.0, 24.0, 4).unwrap();
         let by_view = view(true).template(0.0, 1.0, 24.0, 4).unwrap();
         assert_eq!(by_template.cells.len(), by_view.cells.len());
@@ -202,7 +207,7 @@ mod tests {
     #[test]
     fn a_flat_view_makes_no_template() {
         let mask = Mask::filled(64, 64, true);
-        let flat = Structure::of(&Gray::filled(64, 64, 9.0), &mask);
-        assert!(CellView::of(&flat, &mask, [32.0; 2]).is_none());
+        let flat = Structure::new(&Gray::filled(64, 64, 9.0), &mask);
+        assert!(CellView::new(&flat, &mask, [32.0; 2]).is_none());
     }
 }

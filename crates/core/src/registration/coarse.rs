@@ -6,31 +6,30 @@
 //! T(s) = sum_p Re(conj(f_p) m_{p+s}) / sqrt(sum_p |f_p|^2 |m_{p+s}|^2)
 //! ```
 //!
-//! over both channels. Where map and frame have nothing to do with each other the angles between f and m are uniform
-//! and T has mean zero and a spread that does not depend on how much structure lies under the view, nor on how much of
-//! the view reaches beyond the map: half an overlap can at best give a peak 1 / sqrt 2 as high. So one threshold holds
-//! for full fields, masked edges and water. The spread itself (neighbouring pixels are not independent) is measured on
-//! the surface.
+//! over both channels. Where map and frame show different ground the angles between f and m are uniform. Then T has mean
+//! zero and a spread that depends neither on the amount of structure under the view nor on the part of the view that lies
+//! beyond the map: with half an overlap the peak is at best 1 / sqrt 2 as high. So one threshold holds for full fields,
+//! masked edges and water. The spread itself (neighbouring pixels are not independent) is measured on the surface.
 //!
-//! The denominator is a smooth function of heading and scale, so views that hardly differ share one ([`Spread`]). Two
-//! views share one inverse transform, one as its real part and one as its imaginary part, and neither the rows that a
-//! view leaves empty nor those that nobody asked for are transformed.
+//! The denominator is a smooth function of heading and scale, so views that hardly differ share one ([`Normalisation`]).
+//! Two views share one inverse transform, one as the real part and one as the imaginary part. Rows that a view leaves empty
+//! and rows that no place needs are not transformed.
 
 pub use super::fourier::Fourier;
 use super::fourier::{Plans, quick_length};
 use crate::feature::{CHANNEL_ONE, ENERGY_ONE, Structure};
 use rustfft::num_complex::Complex32;
 
-/// A view to place: its structure, and the nadir in it.
+/// A view to place on the map: its structure and its nadir.
 #[derive(Debug, Clone)]
 pub struct PlacedView {
-    /// What is seen.
+    /// Structure of the view.
     pub structure: Structure,
-    /// The nadir, whole pixels from the view's corner; may lie outside.
+    /// The nadir, whole pixels from the view's corner; it may lie outside.
     pub nadir_px: [i64; 2],
 }
 
-/// How far views reach from their nadirs to every side, pixels: left, top, right, bottom.
+/// Largest extent of views from their nadirs to each side, pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reach {
     /// Towards smaller columns.
@@ -44,8 +43,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The reach of the farthest of `views`; at least the nadir's own pixel.
-    pub fn of(views: &[PlacedView]) -> Self {
+    /// The reach that covers all of `views`; at least the nadir's own pixel.
+    pub fn from_views(views: &[PlacedView]) -> Self {
         let most = |pick: fn(&PlacedView) -> i64, least: i64| views.iter().map(pick).max().unwrap_or(0).max(least);
         Self {
             left: most(|v| v.nadir_px[0], 0) as usize,
@@ -67,8 +66,8 @@ pub struct CoarseMap {
     places: [usize; 2],
 }
 
-/// One over the denominator of T at every place; 0 where too little is compared to say anything.
-pub struct Spread {
+/// One over the denominator of T at every place; 0 where too little is compared for a decision.
+pub struct Normalisation {
     inverse: Vec<f32>,
 }
 
@@ -78,7 +77,7 @@ pub struct Surface {
     pub values: Vec<f32>,
 }
 
-/// A placement whose products of energies sum to less than this share of what a typical placement has says nothing.
+/// T is 0 at a placement whose products of energies sum to less than this share of that of a typical placement.
 const LEAST_SHARE: f64 = 0.04;
 
 impl CoarseMap {
@@ -103,18 +102,18 @@ impl CoarseMap {
         Self { plans, mean_energy: map.mean_energy(), transform_size, channels, energy, reach, places }
     }
 
-    /// Plans and scratch; each thread needs its own.
+    /// Makes plans and scratch for the transforms; each thread needs its own.
     pub fn fourier(&self) -> Fourier {
         Fourier::new(&self.plans)
     }
 
-    /// Columns and rows of places.
+    /// Number of columns and rows of places.
     pub fn places(&self) -> [usize; 2] {
         self.places
     }
 
-    /// The denominator of T for a view and others much like it; `None` where view or map are blank.
-    pub fn spread(&self, fourier: &mut Fourier, view: &PlacedView) -> Option<Spread> {
+    /// The normalisation of T for a view and similar ones; `None` where view or map are blank.
+    pub fn normalisation(&self, fourier: &mut Fourier, view: &PlacedView) -> Option<Normalisation> {
         let view_energy = view.structure.total_energy();
         if view_energy <= 0.0 || self.mean_energy <= 0.0 {
             return None;
@@ -125,15 +124,20 @@ impl CoarseMap {
         fourier.inverse(&mut plane, self.places[1]);
         let norm = 1.0 / (fourier.width() * fourier.height()) as f32;
         let least = (LEAST_SHARE * view_energy * self.mean_energy) as f32;
-        let inverse = self.kept(fourier, &plane).map(|c| {
+        let inverse = self.places_of(fourier, &plane).map(|c| {
             let variance = c.re * norm;
             if variance > least { 1.0 / variance.sqrt() } else { 0.0 }
         });
-        Some(Spread { inverse: inverse.collect() })
+        Some(Normalisation { inverse: inverse.collect() })
     }
 
-    /// T of two views at once (the second may be the first again) at every place.
-    pub fn correlate(&self, fourier: &mut Fourier, views: [&PlacedView; 2], spread: &Spread) -> [Surface; 2] {
+    /// T of two views at every place; both views may be the same.
+    pub fn correlate(
+        &self,
+        fourier: &mut Fourier,
+        views: [&PlacedView; 2],
+        normalisation: &Normalisation,
+    ) -> [Surface; 2] {
         // u and v are the spectra of z_a + i z_b and of z_a - i z_b, where z = sum conj(f) m is complex: then the
         // transform of (u(k) + conj v(-k)) / 2 is Re z_a + i Re z_b.
         let zero = Complex32::new(0.0, 0.0);
@@ -153,8 +157,8 @@ impl CoarseMap {
         self.join(&u, &v, &mut plane);
         fourier.inverse(&mut plane, self.places[1]);
         let norm = 1.0 / (fourier.width() * fourier.height()) as f32;
-        let mut surfaces = [0; 2].map(|_| Surface { values: Vec::with_capacity(spread.inverse.len()) });
-        for (c, &inverse) in self.kept(fourier, &plane).zip(&spread.inverse) {
+        let mut surfaces = [0; 2].map(|_| Surface { values: Vec::with_capacity(normalisation.inverse.len()) });
+        for (c, &inverse) in self.places_of(fourier, &plane).zip(&normalisation.inverse) {
             surfaces[0].values.push(c.re * norm * inverse);
             surfaces[1].values.push(c.im * norm * inverse);
         }
@@ -162,7 +166,7 @@ impl CoarseMap {
         surfaces
     }
 
-    /// Transforms what `value` gives of a view, its nadir where the map's first place is.
+    /// Transforms `value` of every pixel of a view, with the view's nadir on the map's first place.
     fn place(
         &self,
         fourier: &mut Fourier,
@@ -176,6 +180,7 @@ impl CoarseMap {
         fourier.forward(plane, y..y + view.structure.height_px);
     }
 
+    /// Joins the spectra of two real surfaces to that of a complex one.
     fn join(&self, u: &[Complex32], v: &[Complex32], out: &mut [Complex32]) {
         let [w, h] = self.transform_size;
         for x in 0..w {
@@ -188,8 +193,12 @@ impl CoarseMap {
         }
     }
 
-    /// The part of a transformed plane that holds places.
-    fn kept<'a>(&self, fourier: &Fourier, plane: &'a [Complex32]) -> impl Iterator<Item = &'a Complex32> + use<'a> {
+    /// The values of a transformed plane at the places.
+    fn places_of<'a>(
+        &self,
+        fourier: &Fourier,
+        plane: &'a [Complex32],
+    ) -> impl Iterator<Item = &'a Complex32> + use<'a> {
         let [columns, rows] = self.places;
         plane.chunks_exact(fourier.width()).take(rows).flat_map(move |row| &row[..columns])
     }
@@ -213,11 +222,12 @@ fn channel(structure: &Structure, i: usize, k: usize) -> Complex32 {
     Complex32::new(f32::from(c[2 * k]), f32::from(c[2 * k + 1])) * (1.0 / CHANNEL_ONE)
 }
 
+/// The energy of a pixel, as a real number.
 fn energy_at(structure: &Structure, i: usize) -> Complex32 {
     Complex32::new(f32::from(structure.energy[i]) * (1.0 / ENERGY_ONE), 0.0)
 }
 
-/// Writes a structure into a plane of `width` columns with its corner at `corner`, all else in its rows zero.
+/// Writes a structure into a plane of `width` columns with its corner at `corner`, and zeros into the rest of these rows.
 fn write_rows(
     plane: &mut [Complex32],
     width: usize,
@@ -252,7 +262,7 @@ mod tests {
 
     fn cut(gray: &Gray, x0: usize, y0: usize, w: usize, h: usize) -> PlacedView {
         let gray = Gray::from_values(w, h, (0..w * h).map(|i| gray.at(x0 + i % w, y0 + i / w)).collect()).unwrap();
-        PlacedView { structure: Structure::of(&gray, &Mask::filled(w, h, true)), nadir_px: [7, 4] }
+        PlacedView { structure: Structure::new(&gray, &Mask::filled(w, h, true)), nadir_px: [7, 4] }
     }
 
     /// T straight from its definition.
@@ -272,15 +282,15 @@ mod tests {
     #[test]
     fn agrees_with_the_definition_and_peaks_where_the_view_was_cut() {
         let ground = noise(90, 70, 5);
-        let map = Structure::of(&ground, &Mask::filled(90, 70, true));
+        let map = Structure::new(&ground, &Mask::filled(90, 70, true));
         let views = [cut(&ground, 31, 17, 40, 30), cut(&ground, 12, 33, 38, 31)];
-        let coarse = CoarseMap::new(&map, Reach::of(&views));
+        let coarse = CoarseMap::new(&map, Reach::from_views(&views));
         let [columns, rows] = coarse.places();
         assert_eq!([columns, rows], [90 + 1 - 40, 70 + 1 - 31]);
         let mut fourier = coarse.fourier();
         for (k, corner) in [(0, [31usize, 17usize]), (1, [12, 33])] {
-            let spread = coarse.spread(&mut fourier, &views[k]).unwrap();
-            let surface = &coarse.correlate(&mut fourier, [&views[0], &views[1]], &spread)[k];
+            let normalisation = coarse.normalisation(&mut fourier, &views[k]).unwrap();
+            let surface = &coarse.correlate(&mut fourier, [&views[0], &views[1]], &normalisation)[k];
             for (x, y) in [(0, 0), (31, 17), (50, 39), (7, 33), (12, 33)] {
                 let (fast, slow) = (surface.values[y * columns + x], brute_force(&map, &views[k].structure, x, y));
                 assert!((fast - slow).abs() < 1e-2 * slow.abs().max(1.0), "{k} {x} {y}: {fast} {slow}");
@@ -291,14 +301,14 @@ mod tests {
     }
 
     #[test]
-    fn says_nothing_for_blank_views() {
+    fn a_blank_view_has_no_normalisation() {
         let ground = noise(40, 40, 5);
         let blank = PlacedView {
-            structure: Structure::of(&Gray::filled(20, 20, 9.0), &Mask::filled(20, 20, true)),
+            structure: Structure::new(&Gray::filled(20, 20, 9.0), &Mask::filled(20, 20, true)),
             nadir_px: [10, 10],
         };
         let views = [blank];
-        let map = CoarseMap::new(&Structure::of(&ground, &Mask::filled(40, 40, true)), Reach::of(&views));
-        assert!(map.spread(&mut map.fourier(), &views[0]).is_none());
+        let map = CoarseMap::new(&Structure::new(&ground, &Mask::filled(40, 40, true)), Reach::from_views(&views));
+        assert!(map.normalisation(&mut map.fourier(), &views[0]).is_none());
     }
 }

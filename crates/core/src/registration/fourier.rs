@@ -4,7 +4,7 @@ use rustfft::{Fft, FftPlanner, num_complex::Complex32};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// How to transform planes of one size; cheap to clone.
+/// Plans for the FFTs of planes of one size; cheap to clone.
 #[derive(Clone)]
 pub struct Plans {
     width: usize,
@@ -13,7 +13,7 @@ pub struct Plans {
     along_y: [Arc<dyn Fft<f32>>; 2],
 }
 
-/// FFTs of planes of `width` x `height`. A spectrum is kept transposed: shape (width, height), row by row.
+/// FFTs of planes of `width` x `height`, with scratch. A spectrum is kept transposed: shape (width, height), row by row.
 pub struct Fourier {
     plans: Plans,
     transposed: Vec<Complex32>,
@@ -35,7 +35,7 @@ pub fn quick_length(n: usize) -> usize {
 }
 
 impl Plans {
-    /// For one size.
+    /// Makes the plans for one size.
     pub fn new(width: usize, height: usize) -> Self {
         let mut planner = FftPlanner::new();
         let along_x = [planner.plan_fft_forward(width), planner.plan_fft_inverse(width)];
@@ -45,7 +45,7 @@ impl Plans {
 }
 
 impl Fourier {
-    /// Scratch for one thread.
+    /// Makes the scratch for one thread.
     pub fn new(plans: &Plans) -> Self {
         let each = plans.along_x.iter().chain(&plans.along_y);
         let scratch_len = each.map(|p| p.get_inplace_scratch_len()).max().unwrap_or(0);
@@ -68,7 +68,7 @@ impl Fourier {
         self.plans.height
     }
 
-    /// A plane to work in, whatever it holds.
+    /// A plane to work in, with arbitrary content.
     pub fn plane(&mut self) -> Vec<Complex32> {
         self.spare.pop().unwrap_or_else(|| vec![Complex32::new(0.0, 0.0); self.width() * self.height()])
     }
@@ -78,8 +78,8 @@ impl Fourier {
         self.spare.push(plane);
     }
 
-    /// Plane, shape (height, width), to spectrum, shape (width, height); not normalised. Rows outside `rows` count as
-    /// zero, whatever they hold.
+    /// Transforms a plane, shape (height, width), to a spectrum, shape (width, height), not normalised. Rows outside `rows`
+    /// count as zero, whatever their content.
     pub fn forward(&mut self, plane: &mut Vec<Complex32>, rows: Range<usize>) {
         let (width, height) = (self.width(), self.height());
         let filled = &mut plane[rows.start * width..rows.end * width];
@@ -93,8 +93,8 @@ impl Fourier {
         self.plans.along_y[0].process_with_scratch(plane, &mut self.scratch);
     }
 
-    /// Spectrum, shape (width, height), to the first `rows` rows of a plane, shape (height, width); multiplied by width x
-    /// height. What the other rows hold means nothing.
+    /// Transforms a spectrum, shape (width, height), to the first `rows` rows of a plane, shape (height, width), multiplied
+    /// by width x height. The other rows have arbitrary content.
     pub fn inverse(&mut self, spectrum: &mut Vec<Complex32>, rows: usize) {
         let (width, height) = (self.width(), self.height());
         self.plans.along_y[1].process_with_scratch(spectrum, &mut self.scratch);
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comes_back_times_the_size() {
+    fn the_inverse_gives_the_plane_times_the_size() {
         let (w, h) = (12, 10);
         let plane: Vec<_> = (0..w * h).map(|i| Complex32::new((i * 7 % 13) as f32, (i * 5 % 11) as f32)).collect();
         let mut data = plane.clone();
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_rows_need_not_be_transformed_nor_unwanted_ones() {
+    fn empty_rows_and_rows_not_asked_for_are_left_out() {
         let (w, h) = (9, 8);
         let mut full = vec![Complex32::new(0.0, 0.0); w * h];
         (2 * w..5 * w).for_each(|i| full[i] = Complex32::new((i * 7 % 13) as f32, (i * 5 % 11) as f32));

@@ -1,17 +1,22 @@
-//! Registration of two views by a similarity, robustly, with its covariance.
+//! Robust registration of two views by a similarity, with its covariance.
 //!
-//! Coarse: [`coarse::CoarseMap`] correlates a whole view with a whole region by FFT. Fine: [`windows::match_windows`]
-//! finds where small windows of the view lie, [`similarity::fit`] the similarity that most of them agree on, and
-//! [`evidence`] how surely such agreement is no accident.
+//! Coarse: [`coarse::CoarseMap`] correlates a whole view with a whole region by FFT. Fine: [`windows::match_windows`] finds
+//! where small windows of the view lie, [`window_fit::fit_windows`] the similarity that most of them agree on, and
+//! [`a_contrario`] the number of false alarms of such a consensus. [`relative`] registers two frames of a flight. Both fit
+//! their similarity with [`robust::estimate`].
 
+pub mod a_contrario;
 mod cell_dots;
 mod cell_template;
 pub mod coarse;
-pub mod evidence;
 mod fourier;
+pub mod peak_z_score;
 mod products;
 pub mod relative;
+pub mod robust;
 pub mod similarity;
-pub mod standing;
 pub mod wide;
+pub mod window_fit;
 pub mod windows;
+
+pub use similarity::{Precision, Similarity};

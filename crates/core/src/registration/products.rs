@@ -1,28 +1,29 @@
-//! Sums of products of two structures: what every comparison of a view with the map is made of.
+//! Sums of products of two structures: the kernels of every comparison of a view with the map.
 //!
-//! Exact integers, so that the quick ways give what the plain one gives.
+//! Sums are exact integers, so the SIMD kernels give the same as the plain ones.
 
 use crate::feature::{CHANNEL_ONE, ENERGY_ONE, Structure};
 use crate::simd::dispatch;
 
-/// A box of pixels of a structure.
+/// The first pixel of a box of pixels.
 #[derive(Debug, Clone, Copy)]
-pub struct Corner {
+pub struct BoxCorner {
     /// First column.
     pub x_px: usize,
     /// First row.
     pub y_px: usize,
 }
 
-/// What a sum of products of channels is divided by to be in units of 1.
+/// A sum of products of channels, divided by this, is in units of 1.
 pub const CHANNELS_SCALE: f64 = CHANNEL_ONE as f64 * CHANNEL_ONE as f64;
-/// What a sum of products of energies is divided by to be in units of 1.
+/// A sum of products of energies, divided by this, is in units of 1.
 pub const ENERGIES_SCALE: f64 = ENERGY_ONE as f64 * ENERGY_ONE as f64;
 
 /// Sum over `width_px` columns of `height_px` rows of Re(conj(f) m) over both channels, in parts of [`CHANNELS_SCALE`].
 /// Exact up to 2^15 pixels.
-pub fn channels_in_box(view: &Structure, at: Corner, map: &Structure, on: Corner, size_px: [usize; 2]) -> i32 {
+pub fn channels_in_box(view: &Structure, at: BoxCorner, map: &Structure, on: BoxCorner, size_px: [usize; 2]) -> i32 {
     #[cfg(target_arch = "x86_64")]
+    #[allow(unsafe_code)]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has AVX2.
         return unsafe { avx2::channels_in_box(view, at, map, on, size_px) };
@@ -33,6 +34,7 @@ pub fn channels_in_box(view: &Structure, at: Corner, map: &Structure, on: Corner
 /// Sum over one row of Re(conj(f) m) over both channels, in parts of [`CHANNELS_SCALE`]. Rows must be shorter than 2^15.
 pub fn channels_in_row(f: &[[i8; 4]], m: &[[i8; 4]]) -> i32 {
     #[cfg(target_arch = "x86_64")]
+    #[allow(unsafe_code)]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has AVX2.
         return unsafe { avx2::channels(f, m) };
@@ -53,9 +55,9 @@ fn channels_plain(f: &[[i8; 4]], m: &[[i8; 4]]) -> i32 {
 
 fn rows<'a>(
     view: &'a Structure,
-    at: Corner,
+    at: BoxCorner,
     map: &'a Structure,
-    on: Corner,
+    on: BoxCorner,
     [width, height]: [usize; 2],
 ) -> impl Iterator<Item = (&'a [[i8; 4]], &'a [[i8; 4]])> {
     (0..height).map(move |y| {
@@ -66,12 +68,19 @@ fn rows<'a>(
 }
 
 #[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
 mod avx2 {
-    use super::{Corner, Structure, channels_plain, rows};
+    use super::{BoxCorner, Structure, channels_plain, rows};
     use std::arch::x86_64::*;
 
     #[target_feature(enable = "avx2")]
-    pub fn channels_in_box(view: &Structure, at: Corner, map: &Structure, on: Corner, size_px: [usize; 2]) -> i32 {
+    pub fn channels_in_box(
+        view: &Structure,
+        at: BoxCorner,
+        map: &Structure,
+        on: BoxCorner,
+        size_px: [usize; 2],
+    ) -> i32 {
         let mut sums = _mm256_setzero_si256();
         let mut rest = 0;
         for (f, m) in rows(view, at, map, on, size_px) {
@@ -88,7 +97,7 @@ mod avx2 {
         total(eight) + left
     }
 
-    /// Eight partial sums and what does not fill eight pixels.
+    /// Eight partial sums, and the sum over the last pixels that do not fill a register.
     #[target_feature(enable = "avx2")]
     fn row(f: &[[i8; 4]], m: &[[i8; 4]]) -> (__m256i, i32) {
         let ones = _mm256_set1_epi16(1);
@@ -113,15 +122,15 @@ mod avx2 {
     }
 }
 
-/// Sums of energy over any box in four additions: an integral image.
-pub struct EnergySums {
+/// The integral image of a structure's energy: the sum over any box takes four additions.
+pub struct EnergyIntegral {
     width: usize,
     sums: Vec<u32>,
 }
 
-impl EnergySums {
-    /// Of all energy; exact (modulo 2^32, so the box itself must hold less).
-    pub fn of(structure: &Structure) -> Self {
+impl EnergyIntegral {
+    /// Makes the integral image. Sums are exact modulo 2^32, so a box must hold less.
+    pub fn new(structure: &Structure) -> Self {
         let width = structure.width_px + 1;
         let mut sums = vec![0u32; width * (structure.height_px + 1)];
         for (y, row) in structure.energy.chunks_exact(structure.width_px.max(1)).enumerate() {
@@ -137,7 +146,7 @@ impl EnergySums {
     }
 
     /// Sum over a box that lies inside, in parts of [`ENERGY_ONE`].
-    pub fn in_box(&self, at: Corner, [width_px, height_px]: [usize; 2]) -> u32 {
+    pub fn in_box(&self, at: BoxCorner, [width_px, height_px]: [usize; 2]) -> u32 {
         let s = |x: usize, y: usize| self.sums[y * self.width + x];
         let (x0, y0, x1, y1) = (at.x_px, at.y_px, at.x_px + width_px, at.y_px + height_px);
         s(x1, y1).wrapping_sub(s(x0, y1)).wrapping_sub(s(x1, y0)).wrapping_add(s(x0, y0))
@@ -167,15 +176,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_quick_way_is_the_plain_way(x in 0usize..20, y in 0usize..9, width in 1usize..40, height in 1usize..8, seed in 0u32..1000) {
+        fn simd_and_plain_kernels_agree(x in 0usize..20, y in 0usize..9, width in 1usize..40, height in 1usize..8, seed in 0u32..1000) {
             let (f, m) = (anything(40, 8, seed), anything(60, 17, seed + 7));
-            let (at, on) = (Corner { x_px: 40 - width, y_px: 8 - height }, Corner { x_px: x, y_px: y });
+            let (at, on) = (BoxCorner { x_px: 40 - width, y_px: 8 - height }, BoxCorner { x_px: x, y_px: y });
             let plain: i32 = rows(&f, at, &m, on, [width, height]).map(|(f, m)| channels_plain(f, m)).sum();
             prop_assert_eq!(channels_in_box(&f, at, &m, on, [width, height]), plain);
             let (p, q) = (&f.channels[..width], &m.channels[..width]);
             prop_assert_eq!(channels_in_row(p, q), channels_plain(p, q));
             let energy: u32 = (y..y + height).map(|j| m.energy[j * 60 + x..][..width].iter().map(|&e| u32::from(e)).sum::<u32>()).sum();
-            prop_assert_eq!(EnergySums::of(&m).in_box(on, [width, height]), energy);
+            prop_assert_eq!(EnergyIntegral::new(&m).in_box(on, [width, height]), energy);
         }
     }
 
@@ -183,7 +192,7 @@ mod tests {
     fn the_largest_bytes_do_not_overflow() {
         let mut s = Structure::unknown(48, 48);
         s.channels.fill([127, -127, 127, -127]);
-        let corner = Corner { x_px: 0, y_px: 0 };
+        let corner = BoxCorner { x_px: 0, y_px: 0 };
         assert_eq!(channels_in_box(&s, corner, &s, corner, [48, 48]), 48 * 48 * 4 * 127 * 127);
     }
 }

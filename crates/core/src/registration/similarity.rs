@@ -1,203 +1,172 @@
-//! The similarity that most window displacements agree on, and how well it is known.
+//! `Similarity`: shift, rotation and scale of the plane.
 //!
-//! Small corrections only: a displacement at p (pixels from the pivot, x right, y down) is modelled as
-//! `t + a p + b (-p_y, p_x)`: a shift t, a growth a, and a turn b, positive clockwise as seen.
+//! A similarity is named after the images that it maps: `a_from_b` takes a point of b to the point of a that shows the same
+//! ground, `map_from_view` a point of a view to the map.
 
-use super::windows::WindowMatch;
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix4, Vector2};
 
-/// A correction, and which windows made it.
-#[derive(Debug, Clone)]
-pub struct Fit {
-    /// t_x, t_y (px at the pivot), a (ratio), b (radians clockwise).
-    pub parameters: Vector4<f64>,
-    /// Of `parameters`, from the residuals of the agreeing windows; infinite variances where there are too few.
-    pub covariance: Matrix4<f64>,
-    /// Windows that agree, by index.
-    pub inliers: Vec<usize>,
-    /// Root mean square residual per axis of the agreeing windows, px.
-    pub rms_px: f64,
+/// A similarity of the plane, here `a_from_b`: (x, y) -> (c x - s y + t_x, s x + c y + t_y).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Similarity {
+    /// Scale times the cosine of the rotation, which is clockwise as seen (y runs down).
+    pub c: f64,
+    /// Scale times the sine of the rotation.
+    pub s: f64,
+    /// Shift, px of a.
+    pub t: Vector2<f64>,
 }
 
-/// How far a correction may go and what counts as agreement.
-#[derive(Debug, Clone, Copy)]
-pub struct FitOptions {
-    /// A window agrees where its residual is at most this, px.
-    pub tolerance_px: f64,
-    /// Largest |a|.
-    pub max_growth: f64,
-    /// Largest |b|, radians.
-    pub max_turn_rad: f64,
-}
-
-/// Refinements of the consensus by least squares.
-const ROUNDS: usize = 5;
-/// One sigma of what is believed of a and b before any window speaks, so that two neighbouring windows do not turn
-/// the frame: as wide as the search itself allows.
-const PRIOR_SHARE: f64 = 0.5;
-
-/// The correction with the largest consensus over all pairs of windows (two determine a similarity, equations 34 to
-/// 36), then least squares over those that agree, each weighed by its sharpness per direction. `pivot_px`: where the
-/// shift is stated (the nadir), in the windows' pixels. `None` with fewer than two windows.
-pub fn fit(matches: &[WindowMatch], pivot_px: [f64; 2], options: &FitOptions) -> Option<Fit> {
-    let rows: Vec<Row> = matches.iter().map(|m| Row::new(m, pivot_px)).collect();
-    let start = best_pair(&rows, options)?;
-    let mut parameters = start;
-    let mut inliers = agreeing(&rows, &parameters, options.tolerance_px);
-    for _ in 0..ROUNDS {
-        let next = least_squares(&rows, &inliers, options)?.0;
-        let still = agreeing(&rows, &next, options.tolerance_px);
-        if still.len() < inliers.len().min(3) {
-            break;
+impl Similarity {
+    /// Makes the similarity that takes two points of b to two points of a; `None` where the points of b coincide.
+    ///
+    /// # References
+    /// Equations 34 to 36, which hold at equal scale; here normalised by the lengths' ratio.
+    pub fn through(b: [Vector2<f64>; 2], a: [Vector2<f64>; 2]) -> Option<Self> {
+        let (db, da) = (b[1] - b[0], a[1] - a[0]);
+        let square = db.norm_squared();
+        if square < 1e-9 {
+            return None;
         }
-        parameters = next;
-        if still == inliers {
-            break;
-        }
-        inliers = still;
+        let c = (db.x * da.x + db.y * da.y) / square;
+        let s = (db.x * da.y - db.y * da.x) / square;
+        Some(Self::about(c, s, b[0], a[0]))
     }
-    let (_, normal) = least_squares(&rows, &inliers, options)?;
-    Some(assess(&rows, inliers, parameters, normal))
+
+    /// Makes the similarity of given linear part (scale times cosine and sine) that takes point `p` of b to point `q` of a.
+    pub fn about(c: f64, s: f64, p: Vector2<f64>, q: Vector2<f64>) -> Self {
+        Self { c, s, t: q - Vector2::new(c * p.x - s * p.y, s * p.x + c * p.y) }
+    }
+
+    /// The point of a that shows the same ground as point `p` of b.
+    pub fn apply(&self, p: Vector2<f64>) -> Vector2<f64> {
+        Vector2::new(self.c * p.x - self.s * p.y, self.s * p.x + self.c * p.y) + self.t
+    }
+
+    /// Pixels of a per pixel of b.
+    pub fn scale(&self) -> f64 {
+        self.c.hypot(self.s)
+    }
+
+    /// Rotation of b against a, clockwise as seen in the image.
+    pub fn rotation_rad(&self) -> f64 {
+        self.s.atan2(self.c)
+    }
+
+    /// The same similarity in other pixels: those of a are `of_a` times, those of b `of_b` times as wide.
+    pub fn in_pixels(&self, of_a: f64, of_b: f64) -> Self {
+        let ratio = of_b / of_a;
+        Self { c: self.c * ratio, s: self.s * ratio, t: self.t / of_a }
+    }
 }
 
-struct Row {
-    design: Matrix2x4<f64>,
-    displacement: Vector2<f64>,
-    information: Matrix2<f64>,
-    usable: bool,
+/// The precision of a similarity: its variances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Precision {
+    /// Covariance of the point of a that the similarity takes b's centre to, px^2.
+    pub centre_px2: Matrix2<f64>,
+    /// Variance of the rotation, rad^2.
+    pub turn_rad2: f64,
+    /// Variance of the logarithm of the scale.
+    pub log_scale2: f64,
 }
 
-impl Row {
-    fn new(m: &WindowMatch, pivot_px: [f64; 2]) -> Self {
-        let (x, y) = (m.centre_px[0] - pivot_px[0], m.centre_px[1] - pivot_px[1]);
+impl Precision {
+    /// Makes a precision from the covariance of (x, y, c, s), x and y being where b's centre is taken.
+    pub fn from_covariance(similarity: &Similarity, covariance: &Matrix4<f64>) -> Self {
+        let linear = covariance.fixed_view::<2, 2>(2, 2).into_owned();
+        let along = Vector2::new(similarity.c, similarity.s) / similarity.scale().powi(2);
+        let across = Vector2::new(-along.y, along.x);
         Self {
-            design: Matrix2x4::new(1.0, 0.0, x, -y, 0.0, 1.0, y, x),
-            displacement: m.displacement_px,
-            information: m.information,
-            usable: !m.on_rim,
+            centre_px2: covariance.fixed_view::<2, 2>(0, 0).into_owned(),
+            turn_rad2: across.dot(&(linear * across)),
+            log_scale2: along.dot(&(linear * along)),
         }
     }
 
-    fn residual(&self, parameters: &Vector4<f64>) -> Vector2<f64> {
-        self.displacement - self.design * parameters
+    /// The precision of a similarity of which nothing is known: infinite variances.
+    pub fn unknown() -> Self {
+        Self { centre_px2: Matrix2::identity() * f64::INFINITY, turn_rad2: f64::INFINITY, log_scale2: f64::INFINITY }
     }
-}
 
-fn agreeing(rows: &[Row], parameters: &Vector4<f64>, tolerance_px: f64) -> Vec<usize> {
-    (0..rows.len()).filter(|&i| rows[i].usable && rows[i].residual(parameters).norm() <= tolerance_px).collect()
-}
-
-fn best_pair(rows: &[Row], options: &FitOptions) -> Option<Vector4<f64>> {
-    let mut best: Option<(usize, f64, Vector4<f64>)> = None;
-    for i in 0..rows.len() {
-        for j in i + 1..rows.len() {
-            let Some(p) = through(&rows[i], &rows[j]) else { continue };
-            if p[2].abs() > options.max_growth || p[3].abs() > options.max_turn_rad {
-                continue;
-            }
-            let (mut count, mut cost) = (0, 0.0);
-            for row in rows.iter().filter(|r| r.usable) {
-                let r = row.residual(&p).norm();
-                if r <= options.tolerance_px {
-                    count += 1;
-                    cost += r;
-                }
-            }
-            if best.as_ref().is_none_or(|(n, c, _)| count > *n || (count == *n && cost < *c)) {
-                best = Some((count, cost, p));
-            }
-        }
+    /// The same precision where the pixels of a are `of_a` times as wide.
+    pub fn in_pixels(&self, of_a: f64) -> Self {
+        Self { centre_px2: self.centre_px2 / (of_a * of_a), ..*self }
     }
-    best.map(|(_, _, p)| p)
-}
-
-/// The correction that two windows determine.
-fn through(a: &Row, b: &Row) -> Option<Vector4<f64>> {
-    if !a.usable || !b.usable {
-        return None;
-    }
-    let mut m = Matrix4::zeros();
-    m.fixed_view_mut::<2, 4>(0, 0).copy_from(&a.design);
-    m.fixed_view_mut::<2, 4>(2, 0).copy_from(&b.design);
-    let d = Vector4::new(a.displacement.x, a.displacement.y, b.displacement.x, b.displacement.y);
-    m.try_inverse().map(|inverse| inverse * d)
-}
-
-/// Solution and normal matrix (in units of the information, with the prior on growth and turn).
-fn least_squares(rows: &[Row], inliers: &[usize], options: &FitOptions) -> Option<(Vector4<f64>, Matrix4<f64>)> {
-    if inliers.is_empty() {
-        return None;
-    }
-    let mean_information: f64 =
-        inliers.iter().map(|&i| rows[i].information.trace() / 2.0).sum::<f64>() / inliers.len() as f64;
-    // The prior weighs as if a and b had been seen once with their own spread where a window is known to a pixel.
-    let weight = |bound: f64| mean_information * 0.25 / (bound * PRIOR_SHARE).powi(2);
-    let mut normal =
-        Matrix4::from_diagonal(&Vector4::new(0.0, 0.0, weight(options.max_growth), weight(options.max_turn_rad)));
-    let mut right = Vector4::zeros();
-    for &i in inliers {
-        let row = &rows[i];
-        normal += row.design.transpose() * row.information * row.design;
-        right += row.design.transpose() * row.information * row.displacement;
-    }
-    normal.try_inverse().map(|inverse| (inverse * right, normal))
-}
-
-fn assess(rows: &[Row], inliers: Vec<usize>, parameters: Vector4<f64>, normal: Matrix4<f64>) -> Fit {
-    let count = inliers.len();
-    let (mut weighted, mut plain) = (0.0, 0.0);
-    for &i in &inliers {
-        let r = rows[i].residual(&parameters);
-        weighted += (r.transpose() * rows[i].information * r)[0];
-        plain += r.norm_squared();
-    }
-    let freedom = (2 * count) as f64 - 4.0;
-    let covariance = match normal.try_inverse() {
-        Some(inverse) if freedom > 0.0 => inverse * (weighted / freedom),
-        _ => Matrix4::identity() * f64::INFINITY,
-    };
-    let rms_px = if count == 0 { f64::INFINITY } else { (plain / (2 * count) as f64).sqrt() };
-    Fit { parameters, covariance, inliers, rms_px }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn window(x: f64, y: f64, dx: f64, dy: f64) -> WindowMatch {
-        WindowMatch {
-            centre_px: [x, y],
-            displacement_px: Vector2::new(dx, dy),
-            peak: 0.8,
-            information: Matrix2::identity() * 0.1,
-            on_rim: false,
+    #[test]
+    fn goes_through_both_points_and_changes_pixels() {
+        let (b, a) = ([[1.0, 2.0], [5.0, -3.0]], [[10.0, 20.0], [16.0, 31.0]]);
+        let s = Similarity::through(b.map(Vector2::from), a.map(Vector2::from)).unwrap();
+        for (b, a) in b.into_iter().zip(a) {
+            assert!((s.apply(b.into()) - Vector2::from(a)).norm() < 1e-12);
+            let binned = s.in_pixels(2.0, 4.0);
+            assert!((binned.apply(Vector2::from(b) / 4.0) - Vector2::from(a) / 2.0).norm() < 1e-12);
         }
+        assert!(Similarity::through([[1.0, 1.0].into(); 2], a.map(Vector2::from)).is_none());
+    }
+
+    /// (32, 33): where image 2, turned by `theta` and shifted by `t`, sees a point of image 1 (y up, as the paper has it).
+    fn seen_from_image_2(p: [f64; 2], theta: f64, t: [f64; 2]) -> [f64; 2] {
+        let ((sin, cos), x, y) = (theta.sin_cos(), p[0] - t[0], p[1] - t[1]);
+        [cos * x + sin * y, -sin * x + cos * y]
+    }
+
+    /// Cosine, sine and shift from two descriptors by (34), (35) and (36) as printed.
+    fn printed(image_1: [[f64; 2]; 2], image_2: [[f64; 2]; 2]) -> [f64; 4] {
+        let [dx, dy] = [image_1[1][0] - image_1[0][0], image_1[1][1] - image_1[0][1]];
+        let [ex, ey] = [image_2[1][0] - image_2[0][0], image_2[1][1] - image_2[0][1]];
+        let square = ex * ex + ey * ey;
+        let (cos, sin) = ((ex * dx + ey * dy) / square, (ex * dy - ey * dx) / square);
+        let ([x1, y1], [u1, v1]) = (image_1[0], image_2[0]);
+        [cos, sin, -u1 * cos + v1 * sin + x1, -u1 * sin - v1 * cos + y1]
     }
 
     #[test]
-    fn finds_the_similarity_under_outliers() {
-        let (t, a, b) = ([1.5, -0.7], 0.02, -0.03);
-        let mut matches = Vec::new();
-        for i in 0..5 {
-            for j in 0..4 {
-                let (x, y) = (f64::from(i) * 40.0, f64::from(j) * 40.0);
-                let (px, py) = (x - 80.0, y - 60.0);
-                matches.push(window(x, y, t[0] + a * px - b * py, t[1] + a * py + b * px));
-            }
-        }
-        for k in [0, 7, 9, 13, 16] {
-            matches[k].displacement_px += Vector2::new(6.0 - k as f64, 4.0);
-        }
-        let options = FitOptions { tolerance_px: 1.0, max_growth: 0.1, max_turn_rad: 0.1 };
-        let fit = fit(&matches, [80.0, 60.0], &options).unwrap();
-        let expected = Vector4::new(t[0], t[1], a, b);
-        assert!((fit.parameters - expected).norm() < 0.02, "{}", fit.parameters);
-        assert!(fit.inliers.len() >= 15);
+    fn two_descriptors_give_turn_and_shift_as_equations_32_to_36_do() {
+        let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.7, [33.0, 88.0]);
+        let seen = d.map(|p| seen_from_image_2(p, theta, t));
+        let [cos, sin, t_x, t_y] = printed(d, seen);
+        assert!((cos - theta.cos()).abs() < 1e-12 && (sin - theta.sin()).abs() < 1e-12);
+        assert!((t_x - t[0]).abs() < 1e-9 && (t_y - t[1]).abs() < 1e-9);
+        let s = Similarity::through(seen.map(Vector2::from), d.map(Vector2::from)).unwrap();
+        assert!((s.c - cos).abs() < 1e-12 && (s.s - sin).abs() < 1e-12);
+        assert!((s.t - Vector2::new(t_x, t_y)).norm() < 1e-9 && (s.scale() - 1.0).abs() < 1e-12);
     }
 
     #[test]
-    fn says_nothing_from_one_window() {
-        let options = FitOptions { tolerance_px: 1.0, max_growth: 0.1, max_turn_rad: 0.1 };
-        assert!(fit(&[window(0.0, 0.0, 1.0, 1.0)], [0.0, 0.0], &options).is_none());
+    fn at_unequal_scale_the_printed_cosine_and_sine_carry_the_scale() {
+        let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.7, [33.0, 88.0]);
+        // Image 2 from a tenth lower: its ground lies 1 / 0.9 times as far from its centre.
+        let seen = d.map(|p| seen_from_image_2(p, theta, t).map(|x| x / 0.9));
+        let [cos, sin, ..] = printed(d, seen);
+        assert!((cos.hypot(sin) - 0.9).abs() < 1e-12 && (cos.acos() - theta).abs() > 0.1);
+        let s = Similarity::through(seen.map(Vector2::from), d.map(Vector2::from)).unwrap();
+        assert!((s.scale() - 0.9).abs() < 1e-12 && (s.rotation_rad() - theta).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_shift_does_not_follow_from_the_turn() {
+        // Straight flight ahead: t = (0, 80), theta = 0. "t_y = t_x tan(theta)" would make t_y 0.
+        let (d, theta, t) = ([[120.0, -40.0], [-75.0, 210.0]], 0.0f64, [0.0, 80.0]);
+        let [_, _, t_x, t_y] = printed(d, d.map(|p| seen_from_image_2(p, theta, t)));
+        assert!((t_y - 80.0).abs() < 1e-9 && (t_x * theta.tan()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rotation_and_scale_are_across_and_along() {
+        // (c, s) = 2 (cos 30, sin 30): 0.02 along (c, s) is 1 % of scale, 0.04 across is 0.02 rad of rotation.
+        let (sin, cos) = 30f64.to_radians().sin_cos();
+        let (along, across) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+        let mut covariance = Matrix4::identity();
+        let linear = along * along.transpose() * 0.02f64.powi(2) + across * across.transpose() * 0.04f64.powi(2);
+        covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(&linear);
+        let found =
+            Precision::from_covariance(&Similarity { c: 2.0 * cos, s: 2.0 * sin, t: Vector2::zeros() }, &covariance);
+        assert!((found.turn_rad2.sqrt() - 0.02).abs() < 1e-12 && (found.log_scale2.sqrt() - 0.01).abs() < 1e-12);
     }
 }

@@ -1,10 +1,10 @@
-//! Local windows: where small pieces of a view lie on the map, to a fraction of a pixel, each on its own.
+//! Window matching: finds small pieces of a view on the map, each on its own, to a fraction of a pixel.
 
-use super::products::{CHANNELS_SCALE, Corner, EnergySums, channels_in_box};
+use super::products::{BoxCorner, CHANNELS_SCALE, EnergyIntegral, channels_in_box};
 use crate::feature::{ENERGY_ONE, Structure};
 use nalgebra::{Matrix2, Vector2};
 
-/// How windows are laid out and searched.
+/// Layout and search of the windows.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowOptions {
     /// Edge of a window, pixels.
@@ -13,34 +13,33 @@ pub struct WindowOptions {
     pub stride_px: usize,
     /// Search radius, pixels.
     pub radius_px: usize,
-    /// Displacements are tried at multiples of this, pixels, and the best one's neighbours after: 2 where the place is
-    /// known to half a pixel, so that a right window lies near one of them; else 1.
+    /// Displacements are tried at multiples of this, pixels, then the neighbours of the best: 2 where the place is known to
+    /// half a pixel, so that a right window lies near one of them; else 1.
     pub step_px: usize,
 }
 
-/// Where one window of the view was found.
+/// One window of the view and the place where it was found.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowMatch {
     /// The window's middle in the view, pixels from its corner.
     pub centre_px: [f64; 2],
-    /// Where it was found minus where it was expected, pixels.
+    /// Place found minus place expected, pixels.
     pub displacement_px: Vector2<f64>,
     /// Normalised correlation at the peak, in [-1, 1].
     pub peak: f64,
-    /// Minus the Hessian of the correlation at the peak, per px^2: how sharply each direction is known. Positive
-    /// definite.
+    /// Minus the Hessian of the correlation at the peak, per px^2: the information on each direction. Positive definite.
     pub information: Matrix2<f64>,
-    /// Whether the peak lies on the rim of the search, so that the true one may lie outside.
+    /// Whether the peak lies on the rim of the search square; the true peak may then lie outside.
     pub on_rim: bool,
 }
 
-/// A window with less mean energy than this has nothing to match.
+/// Windows with less mean energy than this are left out.
 const LEAST_ENERGY: f64 = 0.06;
-/// No direction counts as less sharp than this share of the sharpest.
-const LEAST_SHARPNESS: f64 = 0.02;
+/// Least information of any direction, as a share of the largest.
+const LEAST_INFORMATION: f64 = 0.02;
 
-/// Matches every window of `view` that holds structure. View pixel p is expected at map pixel p + `offset_px`; the
-/// map must reach `radius_px` beyond where it counts, pixels outside it count as unknown.
+/// Matches every window of `view` that has structure. View pixel p is expected at map pixel p + `offset_px`. A window is
+/// left out where the map does not reach `radius_px` beyond it.
 pub fn match_windows(
     view: &Structure,
     map: &Structure,
@@ -48,7 +47,13 @@ pub fn match_windows(
     options: &WindowOptions,
 ) -> Vec<WindowMatch> {
     let WindowOptions { size_px, stride_px, .. } = *options;
-    let search = Search { view, map, view_energy: EnergySums::of(view), map_energy: EnergySums::of(map), offset_px };
+    let search = WindowSearch {
+        view,
+        map,
+        view_energy: EnergyIntegral::new(view),
+        map_energy: EnergyIntegral::new(map),
+        offset_px,
+    };
     let mut scores = Vec::new();
     let mut matches = Vec::new();
     // The grid is centred so that what is cut off is the same on both sides.
@@ -59,24 +64,25 @@ pub fn match_windows(
     };
     for y_px in starts(view.height_px) {
         for x_px in starts(view.width_px) {
-            matches.extend(search.window(options, Corner { x_px, y_px }, &mut scores));
+            matches.extend(search.window(options, BoxCorner { x_px, y_px }, &mut scores));
         }
     }
     matches
 }
 
-/// What all windows of one view share.
-struct Search<'a> {
+/// The inputs that all windows of one view share.
+struct WindowSearch<'a> {
     view: &'a Structure,
     map: &'a Structure,
-    view_energy: EnergySums,
-    map_energy: EnergySums,
+    view_energy: EnergyIntegral,
+    map_energy: EnergyIntegral,
     offset_px: [isize; 2],
 }
 
-impl Search<'_> {
-    /// `scores` is scratch.
-    fn window(&self, options: &WindowOptions, corner: Corner, scores: &mut Vec<f32>) -> Option<WindowMatch> {
+impl WindowSearch<'_> {
+    /// Matches one window; `None` where the window has no structure or the map does not reach far enough. `scores` is
+    /// scratch.
+    fn window(&self, options: &WindowOptions, corner: BoxCorner, scores: &mut Vec<f32>) -> Option<WindowMatch> {
         let (size, radius) = (options.size_px, options.radius_px);
         let least = LEAST_ENERGY * (size * size) as f64 * f64::from(ENERGY_ONE);
         let view_energy = f64::from(self.view_energy.in_box(corner, [size; 2]));
@@ -92,7 +98,7 @@ impl Search<'_> {
         }
         let side = 2 * radius + 1;
         let mut score = |[x, y]: [usize; 2]| {
-            let at = Corner { x_px: left as usize + x, y_px: top as usize + y };
+            let at = BoxCorner { x_px: left as usize + x, y_px: top as usize + y };
             let map_energy = f64::from(self.map_energy.in_box(at, [size; 2]));
             if map_energy < 0.5 * least {
                 return 0.0;
@@ -103,7 +109,7 @@ impl Search<'_> {
         };
         score_places(scores, radius, options.step_px, &mut score);
         let middle = |corner_px: usize| corner_px as f64 + size as f64 / 2.0;
-        peak_of(scores, side).map(|peak| WindowMatch {
+        subpixel_peak(scores, side).map(|peak| WindowMatch {
             centre_px: [middle(corner.x_px), middle(corner.y_px)],
             displacement_px: peak.position - Vector2::repeat(radius as f64),
             peak: peak.value,
@@ -113,11 +119,11 @@ impl Search<'_> {
     }
 }
 
-/// Not looked at.
+/// The score of a displacement that was not tried.
 const UNSEEN: f32 = f32::NEG_INFINITY;
 
-/// Fills `scores` of a square of displacements at multiples of `step` from the middle, and around the best until it has
-/// no better neighbour.
+/// Fills `scores` of a square of displacements: first at multiples of `step` from the middle, then around the best until no
+/// neighbour is better.
 fn score_places(scores: &mut Vec<f32>, radius: usize, step: usize, score: &mut impl FnMut([usize; 2]) -> f32) {
     let side = 2 * radius + 1;
     scores.clear();
@@ -148,7 +154,8 @@ fn highest(scores: &[f32]) -> Option<usize> {
     (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]))
 }
 
-struct Peak {
+/// A maximum of the correlation, to a fraction of a pixel.
+struct SubpixelPeak {
     position: Vector2<f64>,
     value: f64,
     information: Matrix2<f64>,
@@ -156,7 +163,7 @@ struct Peak {
 }
 
 /// The highest score and the vertex of the quadratic through its 3 x 3 neighbourhood (least squares).
-fn peak_of(scores: &[f32], side: usize) -> Option<Peak> {
+fn subpixel_peak(scores: &[f32], side: usize) -> Option<SubpixelPeak> {
     let best = highest(scores)?;
     let (x, y) = (best % side, best / side);
     if scores[best] <= 0.0 {
@@ -165,7 +172,7 @@ fn peak_of(scores: &[f32], side: usize) -> Option<Peak> {
     let position = Vector2::new(x as f64, y as f64);
     let value = f64::from(scores[best]);
     if x == 0 || y == 0 || x + 1 == side || y + 1 == side {
-        return Some(Peak { position, value, information: Matrix2::identity() * 1e-3, on_rim: true });
+        return Some(SubpixelPeak { position, value, information: Matrix2::identity() * 1e-3, on_rim: true });
     }
     let at = |dx: isize, dy: isize| f64::from(scores[(y as isize + dy) as usize * side + (x as isize + dx) as usize]);
     let (mut gx, mut gy, mut hxx, mut hyy) = (0.0, 0.0, 0.0, 0.0);
@@ -179,13 +186,13 @@ fn peak_of(scores: &[f32], side: usize) -> Option<Peak> {
     let information = made_definite(Matrix2::new(-hxx, -hxy, -hxy, -hyy));
     let step = information.try_inverse()? * Vector2::new(gx, gy);
     let step = step.map(|v| v.clamp(-1.0, 1.0));
-    Some(Peak { position: position + step, value, information, on_rim: false })
+    Some(SubpixelPeak { position: position + step, value, information, on_rim: false })
 }
 
-/// The nearest matrix whose eigenvalues are positive and not too unlike.
+/// The nearest matrix whose eigenvalues are positive and at least [`LEAST_INFORMATION`] of the largest.
 fn made_definite(m: Matrix2<f64>) -> Matrix2<f64> {
     let eigen = m.symmetric_eigen();
     let largest = eigen.eigenvalues.max().max(1e-6);
-    let values = eigen.eigenvalues.map(|v| v.max(LEAST_SHARPNESS * largest));
+    let values = eigen.eigenvalues.map(|v| v.max(LEAST_INFORMATION * largest));
     eigen.eigenvectors * Matrix2::from_diagonal(&values) * eigen.eigenvectors.transpose()
 }

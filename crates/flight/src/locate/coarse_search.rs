@@ -118,7 +118,7 @@ fn search_block(
     if templates.views.is_empty() {
         return Ok(());
     }
-    let reach = Reach::of(&templates.views);
+    let reach = Reach::from_views(&templates.views);
     let structure = map.window(&PixelWindow {
         zoom: block.zoom,
         left: block.left - reach.left as i64,
@@ -176,7 +176,7 @@ fn correlate_all(map: &CoarseMap, views: &[PlacedView], threads: usize) -> Vec<O
 
 /// Surfaces of views so alike that one denominator serves all.
 fn correlate_alike(map: &CoarseMap, fourier: &mut Fourier, alike: &[PlacedView]) -> Vec<Option<Surface>> {
-    let Some(spread) = map.spread(fourier, &alike[alike.len() / 2]) else {
+    let Some(spread) = map.normalisation(fourier, &alike[alike.len() / 2]) else {
         return alike.iter().map(|_| None).collect();
     };
     let mut surfaces = Vec::with_capacity(alike.len());

@@ -4,6 +4,7 @@ use overfly_core::camera::{Camera, GroundGrid, GroundView, render};
 use overfly_core::feature::Structure;
 use overfly_core::geodesy::Heading;
 use overfly_core::pixels::Gray;
+use overfly_core::registration::Similarity;
 use overfly_core::tile::{Gsd, WorldPixel};
 use std::collections::HashMap;
 
@@ -28,15 +29,14 @@ impl Pose {
         Self { nadir, zoom, ..self }
     }
 
-    /// The pose after a measured correction: shift of the nadir in pixels, growth and clockwise turn of the view.
-    pub fn corrected(self, shift_px: [f64; 2], growth: f64, turn_rad: f64) -> Self {
-        let nadir = WorldPixel { x_px: self.nadir.x_px + shift_px[0], y_px: self.nadir.y_px + shift_px[1] };
-        Self {
-            nadir,
-            heading_rad: Heading::from_radians(self.heading_rad + turn_rad).radians(),
-            height_ratio: self.height_ratio * (1.0 + growth),
-            ..self
-        }
+    /// The pose after a measured correction about the nadir, which [`fit_windows`] gives.
+    ///
+    /// [`fit_windows`]: overfly_core::registration::window_fit::fit_windows
+    pub fn corrected(self, map_from_view: &Similarity) -> Self {
+        let Similarity { c, s, t } = *map_from_view;
+        let nadir = WorldPixel { x_px: self.nadir.x_px + t.x, y_px: self.nadir.y_px + t.y };
+        let heading_rad = Heading::from_radians(self.heading_rad + s).radians();
+        Self { nadir, heading_rad, height_ratio: self.height_ratio * c, ..self }
     }
 }
 
@@ -100,5 +100,5 @@ const MAX_VIEW_PX: usize = 4096;
 
 /// The structure of a view.
 pub fn structure_of(view: &GroundView) -> Structure {
-    Structure::of(&view.gray, &view.mask)
+    Structure::new(&view.gray, &view.mask)
 }

@@ -3,9 +3,9 @@
 use super::map::{Map, PixelWindow};
 use super::pose::{Frame, Pose, structure_of};
 use overfly_core::feature::Structure;
-use overfly_core::registration::evidence::{self, Agreement};
-use overfly_core::registration::similarity::{self, Fit, FitOptions};
-use overfly_core::registration::standing::{self, standing};
+use overfly_core::registration::a_contrario::{self, ConsensusCounts};
+use overfly_core::registration::peak_z_score::{self, peak_z_score};
+use overfly_core::registration::window_fit::{WindowFit, WindowFitOptions, fit_windows};
 use overfly_core::registration::windows::{WindowMatch, WindowOptions, match_windows};
 use overfly_core::tile::{WorldPixel, gsd_at};
 use overfly_store::StoreError;
@@ -16,7 +16,7 @@ pub struct Refined {
     /// The corrected pose, in the finest level's pixels.
     pub pose: Pose,
     /// The last correction: its covariance and windows.
-    pub fit: Fit,
+    pub fit: WindowFit,
     /// Windows that held structure in the last pass.
     pub windows: usize,
     /// log10 of the number of accidental agreements to expect among the places looked at.
@@ -75,13 +75,12 @@ pub fn refine(
         let layout = WindowOptions { size_px, stride_px: size_px, radius_px: pass.radius_px, step_px: pass.step_px };
         let windows = match_windows(&looked.view, &looked.ground, [pass.radius_px as isize; 2], &layout);
         let options =
-            FitOptions { tolerance_px: pass.tolerance_px, max_growth: MAX_GROWTH, max_turn_rad: MAX_TURN_RAD };
-        let Some(fit) = similarity::fit(&windows, looked.pivot_px, &options) else { return Ok(None) };
+            WindowFitOptions { tolerance_px: pass.tolerance_px, max_growth: MAX_GROWTH, max_turn_rad: MAX_TURN_RAD };
+        let Some(fit) = fit_windows(&windows, looked.pivot_px, &options) else { return Ok(None) };
         if fit.inliers.len() < 3 {
             return Ok(None);
         }
-        let p = fit.parameters;
-        pose = pose.corrected([p[0], p[1]], p[2], p[3]);
+        pose = pose.corrected(&fit.map_from_view);
         let found = assess(pose, fit, &windows, &pass, places);
         if refined.is_none() && found.is_hopeless() {
             return Ok(Some(found));
@@ -95,9 +94,9 @@ pub fn refine(
 ///
 /// # Errors
 /// Where the store cannot give a tile.
-pub fn standing_of(map: &Map<'_>, frame: &Frame<'_>, refined: &Refined) -> Result<f64, StoreError> {
-    let looked = look(map, frame, &refined.pose, standing::REACH_PX)?;
-    let found = looked.and_then(|l| standing(&l.view, &l.ground, [standing::REACH_PX; 2]));
+pub fn peak_z_score_of(map: &Map<'_>, frame: &Frame<'_>, refined: &Refined) -> Result<f64, StoreError> {
+    let looked = look(map, frame, &refined.pose, peak_z_score::REACH_PX)?;
+    let found = looked.and_then(|l| peak_z_score(&l.view, &l.ground, [peak_z_score::REACH_PX; 2]));
     Ok(found.unwrap_or(0.0))
 }
 
@@ -151,12 +150,12 @@ fn window_size(frame: &Frame<'_>, gsd_m_per_px: f64) -> usize {
     ((edge_px / 6.0 / 8.0).round() as usize * 8).clamp(16, 48)
 }
 
-fn assess(pose: Pose, fit: Fit, windows: &[WindowMatch], pass: &Pass, places: f64) -> Refined {
-    let agreement = Agreement {
-        windows: windows.len(),
-        agreeing: fit.inliers.len(),
-        chance: evidence::chance_of_one(pass.tolerance_px, pass.radius_px),
+fn assess(pose: Pose, fit: WindowFit, windows: &[WindowMatch], pass: &Pass, places: f64) -> Refined {
+    let agreement = ConsensusCounts {
+        matches: windows.len(),
+        inliers: fit.inliers.len(),
+        chance: a_contrario::inlier_chance(pass.tolerance_px, pass.radius_px),
         places,
     };
-    Refined { pose, windows: windows.len(), log10_accidents: evidence::log10_false_alarms(&agreement), fit }
+    Refined { pose, windows: windows.len(), log10_accidents: a_contrario::log10_nfa(&agreement), fit }
 }

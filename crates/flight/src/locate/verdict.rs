@@ -4,9 +4,9 @@ use super::answer::Reason;
 use super::coarse_search::CoarseResult;
 use super::map::Map;
 use super::pose::Frame;
-use super::refine::{Refined, refine, standing_of};
+use super::refine::{Refined, peak_z_score_of, refine};
 use super::request::{FixRequest, LocateError};
-use overfly_core::registration::evidence;
+use overfly_core::registration::a_contrario;
 use std::f64::consts::{PI, TAU};
 
 /// Coarse peaks that are looked at closely.
@@ -41,8 +41,8 @@ pub struct Candidate {
     /// Where, and its windows.
     pub refined: Refined,
     /// How high the whole view stands there, standard deviations.
-    pub standing: f64,
-    /// log10 of the number of accidents to expect in a search of this size: of the whole view's standing and of the
+    pub peak_z_score: f64,
+    /// log10 of the number of accidents to expect in a search of this size: of the whole view's z-score and of the
     /// agreement of the windows, which at a wrong place have little to do with each other.
     pub log10_false_alarms: f64,
 }
@@ -90,7 +90,7 @@ impl Judge<'_> {
             let refused = Verdict::refused(Reason::TooFewAgreeingWindows, detail, Some(score));
             return Ok(Verdict { log10_false_alarms: hopeless, ..refused });
         };
-        let (score, log10_false_alarms) = (Some(best.standing), Some(best.log10_false_alarms));
+        let (score, log10_false_alarms) = (Some(best.peak_z_score), Some(best.log10_false_alarms));
         let objection = self.objection(&best, looked.next().as_ref());
         Ok(Verdict { outcome: objection.map_or(Ok(best), Err), score, log10_false_alarms })
     }
@@ -117,10 +117,10 @@ impl Judge<'_> {
         found.sort_by(|a, b| a.log10_accidents.total_cmp(&b.log10_accidents));
         let mut candidates = Vec::new();
         for refined in found.into_iter().take(WEIGHED) {
-            let standing = standing_of(self.map, self.frame, &refined)?;
-            let by_chance = evidence::log10_peak_by_chance(standing, refined.windows, coarse.places);
+            let peak_z_score = peak_z_score_of(self.map, self.frame, &refined)?;
+            let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
             let log10_false_alarms = by_chance + refined.log10_accidents;
-            candidates.push(Candidate { refined, standing, log10_false_alarms });
+            candidates.push(Candidate { refined, peak_z_score, log10_false_alarms });
         }
         candidates.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
         Ok((candidates, hopeless))
@@ -134,7 +134,7 @@ impl Judge<'_> {
                 "{} of {} windows agree, the view stands {:.1} standard deviations high; expected accidents 10^{:.1}, at most 10^{MOST_LOG10_FALSE_ALARMS} and {LEAST_INLIERS} windows are accepted",
                 best.refined.fit.inliers.len(),
                 best.refined.windows,
-                best.standing,
+                best.peak_z_score,
                 best.log10_false_alarms
             );
             return Some((Reason::TooFewAgreeingWindows, detail));

@@ -3,7 +3,7 @@
 //!
 //! 1. Scan: the frame's cells, a few along its edge, under every heading and scale against every place of the level's
 //!    merged cells (`registration::wide::scan`).
-//! 2. The best of these are weighed again on unmerged cells, under headings and scales between (`Closer`).
+//! 2. The best of these are weighed again on unmerged cells, under headings and scales between (`CellRefiner`).
 //! 3. Around the best of those the coarse search is made as ever, and what it finds is looked at closely as ever.
 
 use super::area::SearchArea;
@@ -14,7 +14,7 @@ use super::pose::{Frame, Pose, structure_of};
 use super::request::{FixRequest, LocateError};
 use overfly_core::feature::{CELL_PX, CELLS, CellMap};
 use overfly_core::geodesy::Geodetic;
-use overfly_core::registration::wide::{CellTemplate, CellView, Closer, Place, SCAN_HALF, scan};
+use overfly_core::registration::wide::{CellMatch, CellRefiner, CellTemplate, CellView, SCAN_HALF, scan};
 use overfly_core::tile::{Gsd, MercatorBounds, TILE_SIZE_PX, WorldPixel, gsd_at};
 use overfly_store::{Layer, Reader};
 use std::collections::BTreeMap;
@@ -120,7 +120,7 @@ impl<'a> WideSearch<'a> {
         let (merged, fine) = (cells(level.pitch)?, cells(1)?);
         let near = gsd_at(near, level.zoom);
         let Some(ground) = frame.view(level.zoom, near, 0.0, 1.0, [0.0; 2]) else { return Ok(None) };
-        let Some(view) = CellView::of(&structure_of(&ground), &ground.mask, ground.grid.nadir_px) else {
+        let Some(view) = CellView::new(&structure_of(&ground), &ground.mask, ground.grid.nadir_px) else {
             return Ok(None);
         };
         let (w, h) = frame.camera().frame_size_px();
@@ -162,13 +162,13 @@ impl<'a> WideSearch<'a> {
             let scanned = scan(&self.merged, &blocks, &templates, most, threads, &holds);
             compared += scanned.cells;
             let pitch = self.level.pitch as i64;
-            let candidate = |p: Place| Candidate {
+            let candidate = |p: CellMatch| Candidate {
                 cell: p.cell.map(|c| c * pitch + pitch / 2),
                 score: p.score,
                 hypothesis: kept[p.template],
                 scale,
             };
-            candidates.extend(scanned.places.into_iter().map(candidate));
+            candidates.extend(scanned.matches.into_iter().map(candidate));
         }
         // Sorting is stable and bands come in order: the same whatever the threads.
         candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -227,9 +227,9 @@ impl<'a> WideSearch<'a> {
         let hypotheses = if between { self.between(hypothesis) } else { vec![hypothesis] };
         let (made, templates): (Vec<_>, Vec<_>) =
             hypotheses.into_iter().filter_map(|h| Some((h, self.template(h, scale, 1, half)?))).unzip();
-        let Some(mut closer) = Closer::new(templates, self.level.pitch, half) else { return Vec::new() };
+        let Some(mut closer) = CellRefiner::new(templates, self.level.pitch, half) else { return Vec::new() };
         let weigh = |candidate: &Candidate| {
-            let best = closer.best(&self.fine, candidate.cell)?;
+            let best = closer.refine(&self.fine, candidate.cell)?;
             Some(Candidate { cell: best.cell, score: best.score, hypothesis: made[best.template], scale })
         };
         candidates.iter().filter_map(weigh).collect()

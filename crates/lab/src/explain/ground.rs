@@ -43,7 +43,7 @@ impl Ground {
                 }
             }
         }
-        let structure = Structure::of(&colour.to_gray(), &mask);
+        let structure = Structure::new(&colour.to_gray(), &mask);
         Ok(Self { corner, colour, structure })
     }
 }

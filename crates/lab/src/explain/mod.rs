@@ -13,7 +13,7 @@ use overfly_core::camera::{Camera, GroundGrid, GroundView, render};
 use overfly_core::feature::Structure;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::{Colour, Gray};
-use overfly_core::registration::similarity::{self, Fit, FitOptions};
+use overfly_core::registration::window_fit::{WindowFit, WindowFitOptions, fit_windows};
 use overfly_core::registration::windows::{WindowMatch, WindowOptions, match_windows};
 use overfly_core::tile::{Gsd, WorldPixel, gsd_at};
 use overfly_flight::locate::{Answer, Fix, FixRequest, LocateError, PositionPrior};
@@ -43,7 +43,7 @@ pub struct Explanation<'a> {
     /// Edge of the windows, pixels.
     window_px: usize,
     windows: Vec<WindowMatch>,
-    fit: Option<Fit>,
+    fit: Option<WindowFit>,
     surface: Option<Peaked>,
 }
 
@@ -92,7 +92,7 @@ impl<'a> Explanation<'a> {
         let pose = Pose { nadir, heading_rad };
         let gsd = gsd_at(place, zoom);
         let Some(view) = seen(&gray, &camera, &pose, gsd) else { return Err(beyond) };
-        let view_structure = Structure::of(&view.gray, &view.mask);
+        let view_structure = Structure::new(&view.gray, &view.mask);
         let corner = [nadir.x_px - view.grid.nadir_px[0], nadir.y_px - view.grid.nadir_px[1]]
             .map(|v| v.round() as i64 - MARGIN_PX as i64);
         let size = [view.grid.width_px, view.grid.height_px].map(|n| n + 2 * MARGIN_PX);
@@ -172,10 +172,10 @@ fn agreement(
     structure: &Structure,
     ground: &Ground,
     size_px: usize,
-) -> (Vec<WindowMatch>, Option<Fit>) {
+) -> (Vec<WindowMatch>, Option<WindowFit>) {
     let layout = WindowOptions { size_px, stride_px: size_px, radius_px: RADIUS_PX, step_px: 1 };
     let windows = match_windows(structure, &ground.structure, [MARGIN_PX as isize; 2], &layout);
-    let options = FitOptions { tolerance_px: TOLERANCE_PX, max_growth: 0.12, max_turn_rad: 0.14 };
-    let fit = similarity::fit(&windows, view.grid.nadir_px, &options);
+    let options = WindowFitOptions { tolerance_px: TOLERANCE_PX, max_growth: 0.12, max_turn_rad: 0.14 };
+    let fit = fit_windows(&windows, view.grid.nadir_px, &options);
     (windows, fit)
 }

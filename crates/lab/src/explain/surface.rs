@@ -54,14 +54,14 @@ impl Peaked {
         let corner = WorldPixel { x_px: (middle.x_px - half_px).floor(), y_px: (middle.y_px - half_px).floor() };
         let Some(view) = seen(gray, camera, &Pose { nadir: corner, heading_rad }, gsd) else { return Ok(None) };
         let nadir_px = view.grid.nadir_px.map(|v| v.round() as i64);
-        let placed = PlacedView { structure: Structure::of(&view.gray, &view.mask), nadir_px };
-        let reach = Reach::of(std::slice::from_ref(&placed));
+        let placed = PlacedView { structure: Structure::new(&view.gray, &view.mask), nadir_px };
+        let reach = Reach::from_views(std::slice::from_ref(&placed));
         let edge = (2.0 * half_px).ceil() as usize + 1;
         let from = [corner.x_px as i64 - reach.left as i64, corner.y_px as i64 - reach.top as i64];
         let size = [edge + reach.left + reach.right - 1, edge + reach.top + reach.bottom - 1];
         let map = CoarseMap::new(&structure(store, layer, zoom, from, size)?, reach);
         let mut fourier = map.fourier();
-        let Some(spread) = map.spread(&mut fourier, &placed) else { return Ok(None) };
+        let Some(spread) = map.normalisation(&mut fourier, &placed) else { return Ok(None) };
         let [surface, _] = map.correlate(&mut fourier, [&placed, &placed], &spread);
         Ok(Self::scored(surface.values, map.places(), gsd.mean_m_per_px()))
     }

@@ -11,11 +11,11 @@ use super::photo_cuts::{CutOptions, ImagePlacement, ViewPair};
 use super::quantiles::Quantiles;
 use super::relative_sample::{Drifts, RelativeSample, StepTimes};
 use nalgebra::Vector2;
-use overfly_core::feature::keypoint::{FrameRecipe, describe_frame, neighbours};
+use overfly_core::feature::keypoint::{KeypointOptions, describe_frame, neighbours};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::alignment::align;
-use overfly_core::registration::relative::consensus::{Frames, estimate};
-use overfly_core::registration::relative::{QUICK, RATIO, SCALE_BOUNDS, accepted, pair};
+use overfly_core::registration::relative::consensus::{FrameSizes, find_consensus};
+use overfly_core::registration::relative::{KeypointMatch, QUICK, RATIO, SCALE_BOUNDS, accepted};
 use overfly_flight::frame::decode_frame;
 use overfly_ingest::raster::{Imagery, OpenOptions};
 use rand::SeedableRng;
@@ -205,25 +205,25 @@ impl EncodedPair {
         repeats: usize,
     ) -> Result<RelativeSample, TrialError> {
         let ViewPair { a, b, shift_px } = &self.views;
-        let recipe = FrameRecipe { limit, ..QUICK };
-        let (of_a, of_b) = (describe_frame(a, &recipe), describe_frame(b, &recipe));
-        let load = || decode_frame(&self.encoded, "a view").map(|frame| describe_frame(&frame, &recipe));
+        let options = KeypointOptions { limit, ..QUICK };
+        let (of_a, of_b) = (describe_frame(a, &options), describe_frame(b, &options));
+        let load = || decode_frame(&self.encoded, "a view").map(|frame| describe_frame(&frame, &options));
         let (loaded, loading_s) = timed(repeats, 1, load);
         loaded?;
         let (near, matching_s) = timed(repeats, 1, || neighbours(&of_a, &of_b));
-        let (matches, threshold_s) = timed(repeats, SHORT_RUNS, || near.kept(RATIO));
-        let pairs: Vec<_> = matches.iter().map(|m| pair(&of_a, m.a, &of_b, m.b)).collect();
+        let (matches, threshold_s) = timed(repeats, SHORT_RUNS, || near.ratio_test(RATIO));
+        let pairs: Vec<_> = matches.iter().map(|m| KeypointMatch::new(&of_a, m.a, &of_b, m.b)).collect();
         let edge = a.width_px() as f64;
         let centre = Vector2::new(edge / 2.0, edge / 2.0);
-        let frames = Frames { size_of_a: 2.0 * centre, centre_of_b: centre };
-        let (agreed, agreement_s) = timed(repeats, 1, || estimate(&pairs, &frames, SCALE_BOUNDS));
+        let frames = FrameSizes { size_of_a: 2.0 * centre, centre_of_b: centre };
+        let (agreed, agreement_s) = timed(repeats, 1, || find_consensus(&pairs, &frames, SCALE_BOUNDS));
         let mut times = StepTimes { loading_s, matching_s, threshold_s, agreement_s, estimate_s: None };
         let mut drifts = Drifts { drift_px: None, keypoint_drift_px: None };
         if let Some(agreed) = &agreed {
-            let (aligned, elapsed_s) = timed(repeats, 1, || align(a, b, &agreed.similarity, centre));
+            let (aligned, elapsed_s) = timed(repeats, 1, || align(a, b, &agreed.a_from_b, centre));
             let off = |found: Vector2<f64>| (found - centre - shift_px).norm();
             times.estimate_s = Some(elapsed_s);
-            drifts.keypoint_drift_px = Some(off(agreed.similarity.apply(centre)));
+            drifts.keypoint_drift_px = Some(off(agreed.a_from_b.apply(centre)));
             drifts.drift_px = accepted(agreed, aligned.as_ref()).map(|similarity| off(similarity.apply(centre)));
         }
         let descriptors = (of_a.points.len() as f64 * of_b.points.len() as f64).sqrt();

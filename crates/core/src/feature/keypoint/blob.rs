@@ -1,9 +1,9 @@
-//! The blob kept for a tile. Little-endian; documented in migrations/README.md.
+//! The blob of a tile's keypoints in a store. Little-endian; documented in migrations/README.md.
 //!
 //! Header: `u32` count. Then per keypoint 44 bytes: x, y in 1/64 px (`u16` each), response (`f32`), angle in
 //! 65536ths of a turn (`u16`), octave (`u8`), zero (`u8`), descriptor (32 bytes).
 
-use super::{Keypoint, Keypoints};
+use super::keypoints::{Keypoint, Keypoints};
 use std::f32::consts::TAU;
 
 const HEADER_BYTES: usize = 4;
@@ -27,7 +27,7 @@ pub fn to_blob(keypoints: &Keypoints) -> Vec<u8> {
     blob
 }
 
-/// Reads [`to_blob`]'s bytes; `None` where they are not such a blob.
+/// Reads the bytes of [`to_blob`]; `None` where they are not a valid blob.
 pub fn from_blob(blob: &[u8]) -> Option<Keypoints> {
     let count = u32::from_le_bytes(blob.get(..HEADER_BYTES)?.try_into().ok()?) as usize;
     let rows = &blob[HEADER_BYTES..];
@@ -60,7 +60,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn reads_what_it_wrote_to_the_stated_steps(
+        fn reads_back_to_the_stated_steps(
             rows in proptest::collection::vec((0f32..512.0, 0f32..512.0, 0f32..1e4, -3.2f32..3.2, 0u32..3, any::<[u8; 32]>()), 0..40)
         ) {
             let keypoints = Keypoints {

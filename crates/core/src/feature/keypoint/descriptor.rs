@@ -5,7 +5,7 @@
 
 use crate::pixels::Gray;
 
-/// Every pixel that a descriptor touches lies within this distance of its keypoint.
+/// All pixels of a descriptor lie within this distance of the keypoint.
 pub const PATCH_RADIUS_PX: usize = 20;
 /// Radius of the disc whose centroid gives the orientation.
 const CENTROID_RADIUS_PX: isize = 13;
@@ -14,7 +14,7 @@ const PATTERN_RADIUS_PX: f32 = 15.0;
 /// Standard deviation of the pattern's points.
 const PATTERN_SIGMA_PX: f32 = 6.5;
 
-/// The image smoothed for comparison of single pixels: two passes of a 5 px box (sigma 2).
+/// The image smoothed for the comparison of single pixels: two passes of a 5 px box (sigma 2).
 pub fn smoothed(gray: &Gray) -> Gray {
     let mut out = gray.clone();
     for _ in 0..2 {
@@ -39,8 +39,8 @@ pub fn orientation(gray: &Gray, x_px: f32, y_px: f32) -> f32 {
     my.atan2(mx)
 }
 
-/// 256 comparisons of the smoothed image at pattern points turned by the orientation; bit i of byte i / 8 is set
-/// where the first point is darker.
+/// The descriptor: 256 comparisons of the smoothed image at pattern points turned by the orientation. Bit i of byte i / 8 is
+/// set where the first point is darker.
 pub fn steered_brief(smooth: &Gray, pattern: &[[[f32; 2]; 2]], x_px: f32, y_px: f32, angle_rad: f32) -> [u8; 32] {
     let (sin, cos) = angle_rad.sin_cos();
     let value = |[px, py]: [f32; 2]| {
@@ -57,17 +57,17 @@ pub fn steered_brief(smooth: &Gray, pattern: &[[[f32; 2]; 2]], x_px: f32, y_px: 
 
 /// The 256 pairs of points to compare, pixels from the keypoint.
 pub fn pattern() -> Vec<[[f32; 2]; 2]> {
-    Pattern::new().collect()
+    PatternGenerator::new().collect()
 }
 
-/// The pattern's generator, the same for ever: Gaussian by the sum of four uniforms of a linear congruential
-/// generator (Numerical Recipes' constants), cut to the patch.
-struct Pattern {
+/// Generator of the pattern, which must never change: Gaussian by the sum of four uniforms of a linear congruential generator
+/// (constants of Numerical Recipes), cut to the patch.
+struct PatternGenerator {
     state: u32,
     left: usize,
 }
 
-impl Pattern {
+impl PatternGenerator {
     fn new() -> Self {
         Self { state: 0x0f1e_2d3c, left: 256 }
     }
@@ -93,7 +93,7 @@ impl Pattern {
     }
 }
 
-impl Iterator for Pattern {
+impl Iterator for PatternGenerator {
     type Item = [[f32; 2]; 2];
 
     fn next(&mut self) -> Option<Self::Item> {

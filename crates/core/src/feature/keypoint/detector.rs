@@ -1,7 +1,7 @@
 //! Corners: local maxima of the structure tensor's smaller eigenvalue, spread over the image.
 //!
-//! No fixed threshold on contrast: smooth ground has corners too, only weaker ones (a floor far below sensor noise
-//! keeps blank images empty). Each cell of a grid may give only its share, so that one village does not take all.
+//! There is no fixed threshold on contrast: smooth ground has corners too, only weaker ones (a floor far below sensor noise
+//! keeps blank images empty). Each cell of a grid gives only its quota, so that one village does not take all keypoints.
 
 use super::response::responses;
 use crate::pixels::Gray;
@@ -18,75 +18,77 @@ pub struct Corner {
     pub response: f32,
 }
 
-/// A corner is the strongest within this distance.
+/// Radius of the non-maximum suppression.
 const SUPPRESSION_PX: usize = 3;
+/// Edge of the grid's cells.
 const CELL_PX: usize = 48;
-/// Responses below are numerical dust: (0.05 gray levels per pixel)^2.
+/// Smaller responses are rounding: (0.05 gray levels per pixel)^2.
 const FLOOR: f32 = 0.0025;
 
-/// How many corners, and how evenly spread.
+/// How many corners are wanted, and how evenly they are spread.
 #[derive(Debug, Clone, Copy)]
-pub struct Share {
-    /// At most so many.
+pub struct CornerQuota {
+    /// Most corners.
     pub limit: usize,
-    /// A cell of the grid may give this multiple of its fair share.
+    /// Most corners of one cell of the grid, as a multiple of an even share.
     pub excess: usize,
 }
 
 /// Corners where `is_allowed(x, y)`, strongest first.
-pub fn corners(gray: &Gray, share: Share, is_allowed: impl Fn(usize, usize) -> bool) -> Vec<Corner> {
+pub fn corners(gray: &Gray, quota: CornerQuota, is_allowed: impl Fn(usize, usize) -> bool) -> Vec<Corner> {
     let (width, height) = (gray.width_px(), gray.height_px());
     if width < 16 || height < 16 {
         return Vec::new();
     }
     let response = responses(gray);
     let cells = (width.div_ceil(CELL_PX), height.div_ceil(CELL_PX));
-    let quota = (share.limit * share.excess).div_ceil(cells.0 * cells.1).max(1);
+    let per_cell = (quota.limit * quota.excess).div_ceil(cells.0 * cells.1).max(1);
     let mut by_cell: Vec<Vec<(f32, u32)>> = vec![Vec::new(); cells.0 * cells.1];
     let margin = SUPPRESSION_PX + 1;
-    let mut is_summit = vec![0u8; width];
+    let mut is_maximum = vec![0u8; width];
     for y in margin..height - margin {
-        summits(&response, width, y, &mut is_summit);
+        local_maxima(&response, width, y, &mut is_maximum);
         for x in margin..width - margin {
-            if is_summit[x] != 0 && is_allowed(x, y) && is_peak(&response, width, x, y) {
+            if is_maximum[x] != 0 && is_allowed(x, y) && is_peak(&response, width, x, y) {
                 by_cell[y / CELL_PX * cells.0 + x / CELL_PX].push((response[y * width + x], (y * width + x) as u32));
             }
         }
     }
-    // Of equals the first in reading order comes first.
+    // Sorting is stable: of equals the first in reading order comes first.
     let strongest_first = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0);
     let mut kept = Vec::new();
     for cell in &mut by_cell {
         cell.sort_by(strongest_first);
-        kept.extend(cell.iter().take(quota));
+        kept.extend(cell.iter().take(per_cell));
     }
     kept.sort_by(strongest_first);
-    kept.truncate(share.limit);
+    kept.truncate(quota.limit);
     kept.iter().map(|&(_, i)| refined(&response, width, i as usize % width, i as usize / width)).collect()
 }
 
 dispatch! {
-    /// Marks in row y what is above the floor and no lower than the eight around it: most pixels are not.
-    fn summits(response: &[f32], width: usize, y: usize, is_summit: &mut [u8]) {
+    /// Marks the pixels of row y that are above the floor and no lower than their eight neighbours: most are not.
+    fn local_maxima(response: &[f32], width: usize, y: usize, is_maximum: &mut [u8]) {
         let row = |y: usize| &response[y * width..(y + 1) * width];
         let (above, here, below) = (row(y - 1), row(y), row(y + 1));
         let greater = |a: f32, b: f32| if a > b { a } else { b };
-        let is_summit = &mut is_summit[..width];
+        let is_maximum = &mut is_maximum[..width];
         for x in 1..width - 1 {
             let column = |x: usize| greater(above[x], below[x]);
             let beside = greater(greater(here[x - 1], here[x + 1]), greater(column(x - 1), column(x + 1)));
             let highest = greater(beside, column(x));
-            is_summit[x] = u8::from(here[x] > FLOOR) & u8::from(here[x] >= highest);
+            is_maximum[x] = u8::from(here[x] > FLOOR) & u8::from(here[x] >= highest);
         }
     }
 }
 
+/// Whether a pixel is the strongest within the suppression radius.
 fn is_peak(response: &[f32], width: usize, x: usize, y: usize) -> bool {
     let value = response[y * width + x];
     for j in y - SUPPRESSION_PX..=y + SUPPRESSION_PX {
         for i in x - SUPPRESSION_PX..=x + SUPPRESSION_PX {
             let other = response[j * width + i];
-            // Of equals the first in reading order wins.
+            // Of equals only the first in reading order is a peak.
             if other > value || (other == value && (j, i) < (y, x)) {
                 return false;
             }
@@ -95,7 +97,7 @@ fn is_peak(response: &[f32], width: usize, x: usize, y: usize) -> bool {
     true
 }
 
-/// The peak of the parabolas through the response along both axes.
+/// The corner at the vertices of the parabolas through the response along both axes.
 fn refined(response: &[f32], width: usize, x: usize, y: usize) -> Corner {
     let at = |i: usize, j: usize| response[j * width + i];
     let vertex = |before: f32, here: f32, after: f32| {

@@ -1,19 +1,19 @@
 //! Matching of descriptors by brute force: nearest, clearly nearer than the second, and mutually so.
 
-use super::Keypoints;
+use super::keypoints::Keypoints;
 
-/// A keypoint of image a and the one of image b that looks most alike.
+/// A keypoint of image a and the most similar keypoint of image b.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Correspondence {
     /// Index into a's keypoints.
     pub a: usize,
     /// Index into b's keypoints.
     pub b: usize,
-    /// Bits that differ.
+    /// Hamming distance of the descriptors.
     pub distance: u32,
 }
 
-/// Bits that differ.
+/// The Hamming distance: the number of bits that differ.
 #[inline(always)]
 pub fn hamming(a: &[u8; 32], b: &[u8; 32]) -> u32 {
     words(a).iter().zip(words(b)).map(|(a, b)| (a ^ b).count_ones()).sum()
@@ -24,20 +24,20 @@ fn words(d: &[u8; 32]) -> [u64; 4] {
     std::array::from_fn(|i| u64::from_le_bytes(d[i * 8..i * 8 + 8].try_into().expect("eight bytes")))
 }
 
-/// For every keypoint of b its nearest of a, where the second nearest is farther by `ratio` (the paper's threshold
-/// step) and a's nearest of b is the same keypoint. In order of b; of equals the first is the nearest. Time is
-/// |a| |b| (equation 43). [`neighbours`] and [`Neighbours::kept`] are its two steps.
+/// Matches every keypoint of b with its nearest of a, where the distance is below `ratio` times that of the second nearest
+/// (the ratio test, the paper's threshold step) and the match is mutual. In order of b; of equals the first is the nearest.
+/// The time is |a| |b| (equation 43). The two steps are [`neighbours`] and [`Neighbours::ratio_test`].
 pub fn match_mutual(a: &Keypoints, b: &Keypoints, ratio: f32) -> Vec<Correspondence> {
-    neighbours(a, b).kept(ratio)
+    neighbours(a, b).ratio_test(ratio)
 }
 
-/// Every keypoint's nearest ones in the other image: all descriptors against all.
+/// The nearest neighbours of every keypoint in the other image, all descriptors compared with all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Neighbours {
-    // A neighbour is its distance above its index, in one word: the least word is the first of the nearest.
-    /// For each of b the nearest and second nearest of a.
+    // One word holds a neighbour, its distance above its index: the least word is the first of the nearest.
+    /// For each keypoint of b the nearest and second nearest of a.
     of_b: Vec<[u64; 2]>,
-    /// For each of a the nearest of b.
+    /// For each keypoint of a the nearest of b.
     of_a: Vec<u64>,
 }
 
@@ -50,16 +50,16 @@ pub fn neighbours(a: &Keypoints, b: &Keypoints) -> Neighbours {
 }
 
 impl Neighbours {
-    /// The correspondences that hold: the second nearest farther by `ratio`, and mutual.
+    /// The mutual matches that pass the ratio test.
     ///
     /// # References
     /// The paper's threshold step, equation 44: the time is |b|.
-    pub fn kept(&self, ratio: f32) -> Vec<Correspondence> {
+    pub fn ratio_test(&self, ratio: f32) -> Vec<Correspondence> {
         let pairs = self.of_b.iter().enumerate().filter_map(|(j, &[best, second])| {
             let found = best != u64::MAX && (distance(best) as f32) < ratio * distance(second) as f32;
             found.then(|| Correspondence { a: index(best), b: j, distance: distance(best) })
         });
-        // Room for all at once: growing takes longer than choosing.
+        // Room for all at once: growing takes longer than filtering.
         let mut kept = Vec::with_capacity(self.of_b.len());
         kept.extend(pairs.filter(|m| index(self.of_a[m.a]) == m.b));
         kept
@@ -80,22 +80,23 @@ fn index(word: u64) -> usize {
 
 fn nearest(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
     #[cfg(target_arch = "x86_64")]
+    #[allow(unsafe_code)]
     if is_x86_feature_detected!("popcnt") {
         // SAFETY: the processor has POPCNT.
         return unsafe { nearest_popcnt(a, b) };
     }
-    nearest_of(a, b)
+    nearest_plain(a, b)
 }
 
-/// [`nearest_of`] with the processor's own count of bits.
+/// [`nearest_plain`] with the processor's own count of bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "popcnt")]
 fn nearest_popcnt(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
-    nearest_of(a, b)
+    nearest_plain(a, b)
 }
 
 #[inline(always)]
-fn nearest_of(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
+fn nearest_plain(a: &[[u8; 32]], b: &[[u8; 32]]) -> Neighbours {
     let mut of_a = vec![u64::MAX; a.len()];
     let one = |(j, of_b): (usize, &[u8; 32])| {
         let (mut best, mut second) = (u64::MAX, u64::MAX);
@@ -133,7 +134,7 @@ mod tests {
             }).collect();
             let of = |descriptors: Vec<[u8; 32]>| Keypoints { points: Vec::new(), descriptors };
             prop_assert_eq!(match_mutual(&of(a.clone()), &of(b.clone()), ratio), expected);
-            let (either, plain) = (nearest(&a, &b), nearest_of(&a, &b));
+            let (either, plain) = (nearest(&a, &b), nearest_plain(&a, &b));
             prop_assert_eq!(either, plain);
         }
     }

@@ -1,20 +1,20 @@
 //! Smoothed patches around points of a frame, up to its rim: orientation and descriptor from integers.
 //!
-//! Sums of integers do not depend on their order, so whatever the compiler makes of them gives the same bits.
+//! Sums of integers do not depend on their order, so vectorised code gives the same bits.
 
 use crate::pixels::Gray;
 use crate::simd::dispatch;
 
-/// Gray levels are kept in steps of this part of one.
+/// Steps per gray level of the stored values.
 const STEPS_PER_GRAY: f32 = 16.0;
 /// Radius of the disc whose centroid gives the orientation.
 const CENTROID_RADIUS_PX: usize = 13;
-/// The disc's rows, filled up to a whole number of vector registers.
+/// Length of the disc's rows, padded to a whole number of vector registers.
 const DISC_COLUMNS: usize = 32;
 const DISC_ROWS: usize = 2 * CENTROID_RADIUS_PX + 1;
-/// Pixels mirrored around the frame: all that a patch of a point inside can touch.
+/// Width of the mirrored rim around the frame: a patch of any point inside fits.
 const RIM_PX: usize = 20;
-/// The two boxes of five pixels that smooth, as one kernel (sum 25).
+/// The smoothing kernel: two boxes of five pixels as one (sum 25).
 const KERNEL: [f32; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0];
 const KERNEL_RADIUS_PX: usize = 4;
 
@@ -32,13 +32,14 @@ struct Disc {
 }
 
 impl Patches {
-    /// Of a frame of at least 16 x 16 pixels with gray levels in [0, 255]; what lies outside is clipped.
+    /// Makes the patches of a frame of at least 16 x 16 pixels; gray levels are clipped to [0, 255].
     pub fn new(gray: &Gray) -> Self {
         patches(gray)
     }
 
+    /// [`Patches::new`] without a choice of vector registers.
     #[inline(always)]
-    fn of(gray: &Gray) -> Self {
+    fn new_plain(gray: &Gray) -> Self {
         let (width, height) = (gray.width_px(), gray.height_px());
         let stride = width + 2 * RIM_PX;
         let mut rows = vec![0f32; width * height];
@@ -47,7 +48,7 @@ impl Patches {
             mirror_into(gray.row(y), KERNEL_RADIUS_PX, &mut padded);
             for (x, out) in out.iter_mut().enumerate() {
                 let w = &padded[x..x + KERNEL.len()];
-                *out = weighed(|k| w[k]);
+                *out = kernel_sum(|k| w[k]);
             }
         }
         let mut values = vec![0i16; stride * (height + 2 * RIM_PX)];
@@ -58,7 +59,7 @@ impl Patches {
                 &rows[j * width..(j + 1) * width]
             });
             for (x, out) in line.iter_mut().enumerate() {
-                *out = (weighed(|k| lines[k][x]) * (STEPS_PER_GRAY / 625.0)).clamp(0.0, 4095.0) as i16;
+                *out = (kernel_sum(|k| lines[k][x]) * (STEPS_PER_GRAY / 625.0)).clamp(0.0, 4095.0) as i16;
             }
             mirror_into(&line, RIM_PX, &mut values[(y + RIM_PX) * stride..(y + RIM_PX + 1) * stride]);
         }
@@ -69,14 +70,14 @@ impl Patches {
         Self { values, stride, disc: Disc::new() }
     }
 
-    /// The orientation at pixel (x, y), radians from x towards y, and 256 comparisons of pixels at `pattern`'s points
-    /// turned by it; bit i of byte i / 8 is set where the first point is darker.
-    pub fn describe(&self, pattern: &Pattern, x: usize, y: usize) -> (f32, [u8; 32]) {
+    /// The orientation at pixel (x, y), radians from x towards y, and the descriptor: 256 comparisons of pixels at the points
+    /// of `pattern`, turned by the orientation. Bit i of byte i / 8 is set where the first point is darker.
+    pub fn describe(&self, pattern: &BriefPattern, x: usize, y: usize) -> (f32, [u8; 32]) {
         describe(self, pattern, x, y)
     }
 
     #[inline(always)]
-    fn describe_at(&self, pattern: &Pattern, x: usize, y: usize) -> (f32, [u8; 32]) {
+    fn describe_at(&self, pattern: &BriefPattern, x: usize, y: usize) -> (f32, [u8; 32]) {
         let corner = (y + RIM_PX - CENTROID_RADIUS_PX) * self.stride + x + RIM_PX - CENTROID_RADIUS_PX;
         let (mut moment_x, mut moment_y) = (0i32, 0i32);
         for (row, (along_x, along_y)) in self.disc.along_x.iter().zip(&self.disc.along_y).enumerate() {
@@ -95,7 +96,7 @@ impl Patches {
 
     /// `patch` begins `RIM_PX` above and to the left of the point.
     #[inline(always)]
-    fn bits(&self, pattern: &Pattern, patch: &[i16], cos: f32, sin: f32) -> [u8; 32] {
+    fn bits(&self, pattern: &BriefPattern, patch: &[i16], cos: f32, sin: f32) -> [u8; 32] {
         const MIDDLE: f32 = RIM_PX as f32 + 0.5;
         let stride = self.stride as i32;
         let mut places = [[0i32; 256]; 2];
@@ -118,28 +119,29 @@ impl Patches {
 
 dispatch! {
     fn patches(gray: &Gray) -> Patches {
-        Patches::of(gray)
+        Patches::new_plain(gray)
     }
 }
 
 dispatch! {
-    fn describe(patches: &Patches, pattern: &Pattern, x: usize, y: usize) -> (f32, [u8; 32]) {
+    fn describe(patches: &Patches, pattern: &BriefPattern, x: usize, y: usize) -> (f32, [u8; 32]) {
         patches.describe_at(pattern, x, y)
     }
 }
 
-/// The pairs of points to compare, pixels from the keypoint, as columns.
-pub struct Pattern {
+/// The pairs of points that BRIEF compares, pixels from the keypoint, as columns.
+pub struct BriefPattern {
     points: [Points; 2],
 }
 
+/// Coordinates of 256 points.
 struct Points {
     x: [f32; 256],
     y: [f32; 256],
 }
 
-impl Pattern {
-    /// Of 256 pairs of points.
+impl BriefPattern {
+    /// Makes the columns of 256 pairs of points.
     pub fn new(pairs: &[[[f32; 2]; 2]]) -> Self {
         let column = |point: usize, axis: usize| std::array::from_fn(|i| pairs[i][point][axis]);
         Self { points: std::array::from_fn(|p| Points { x: column(p, 0), y: column(p, 1) }) }
@@ -161,9 +163,9 @@ impl Disc {
     }
 }
 
-/// Neighbours first, so that the sum is symmetrical.
+/// The kernel's weighted sum; symmetrical neighbours are added first, so that the sum is symmetrical.
 #[inline(always)]
-fn weighed(value: impl Fn(usize) -> f32) -> f32 {
+fn kernel_sum(value: impl Fn(usize) -> f32) -> f32 {
     let mut sum = KERNEL[KERNEL_RADIUS_PX] * value(KERNEL_RADIUS_PX);
     for (k, weight) in KERNEL[..KERNEL_RADIUS_PX].iter().enumerate() {
         sum += weight * (value(k) + value(KERNEL.len() - 1 - k));
@@ -171,7 +173,7 @@ fn weighed(value: impl Fn(usize) -> f32) -> f32 {
     sum
 }
 
-/// The index inside [0, n) that stands for i in an endless mirror, edges not repeated; n > 20.
+/// The index in [0, n) of the mirror image of i, edges not repeated; n > 20.
 fn mirrored(i: isize, n: usize) -> usize {
     let n = n as isize;
     let i = if i < 0 { -i } else { i };
@@ -179,7 +181,7 @@ fn mirrored(i: isize, n: usize) -> usize {
     i.clamp(0, n - 1) as usize
 }
 
-/// `line` with `rim` mirrored values on both sides.
+/// Writes `line` with `rim` mirrored values on both sides.
 #[inline(always)]
 fn mirror_into<T: Copy>(line: &[T], rim: usize, out: &mut [T]) {
     out[rim..rim + line.len()].copy_from_slice(line);
@@ -192,14 +194,14 @@ fn mirror_into<T: Copy>(line: &[T], rim: usize, out: &mut [T]) {
 #[cfg(test)]
 mod tests {
     use super::super::descriptor;
-    use super::super::tests::blocks;
+    use super::super::test_images::blocks;
     use super::*;
 
     #[test]
     fn both_twins_agree_bit_for_bit_up_to_the_rim() {
         let gray = blocks(70, 50);
-        let pattern = Pattern::new(&descriptor::pattern());
-        let (either, scalar) = (Patches::new(&gray), Patches::of(&gray));
+        let pattern = BriefPattern::new(&descriptor::pattern());
+        let (either, scalar) = (Patches::new(&gray), Patches::new_plain(&gray));
         assert_eq!(either.values, scalar.values);
         for (x, y) in [(0, 0), (69, 49), (35, 25), (4, 45)] {
             let (angle, bits) = either.describe(&pattern, x, y);
@@ -211,7 +213,7 @@ mod tests {
     #[test]
     fn the_orientation_points_to_the_bright_side() {
         let bright_below = Gray::from_values(60, 60, (0..3600).map(|i| (i / 60 * 4) as f32).collect()).unwrap();
-        let (angle, _) = Patches::new(&bright_below).describe(&Pattern::new(&descriptor::pattern()), 30, 30);
+        let (angle, _) = Patches::new(&bright_below).describe(&BriefPattern::new(&descriptor::pattern()), 30, 30);
         assert!((angle - std::f32::consts::FRAC_PI_2).abs() < 1e-3, "{angle}");
     }
 

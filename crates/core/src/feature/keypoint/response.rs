@@ -1,29 +1,29 @@
 //! The corner response: the smaller eigenvalue of the structure tensor, summed over 5 x 5 pixels.
 //!
-//! One pass from top to bottom: only five rows of the tensor are held at a time.
+//! One pass from top to bottom, with five rows of the tensor in memory.
 
 use crate::pixels::Gray;
 use crate::simd::dispatch;
 
-/// Half the window over which the tensor is summed.
+/// Radius of the window over which the tensor is summed.
 const WINDOW_RADIUS_PX: usize = 2;
 const WINDOW_PX: usize = 2 * WINDOW_RADIUS_PX + 1;
 
 dispatch! {
     /// The response of every pixel, (gray levels per pixel)^2, row by row; zero within two pixels of the edge.
     pub fn responses(gray: &Gray) -> Vec<f32> {
-        responses_of(gray)
+        responses_plain(gray)
     }
 }
 
 #[inline(always)]
-fn responses_of(gray: &Gray) -> Vec<f32> {
+fn responses_plain(gray: &Gray) -> Vec<f32> {
     let (width, height) = (gray.width_px(), gray.height_px());
     let mut out = vec![0f32; width * height];
     if width < WINDOW_PX || height < WINDOW_PX {
         return out;
     }
-    // Row y of the tensor, summed along the row, stands in slot y % 5; the first and last row of the image have none.
+    // Slot y % 5 holds row y of the tensor, summed along x; the first and last row of the image have no tensor.
     let mut slots: [[Vec<f32>; 3]; WINDOW_PX] = std::array::from_fn(|_| std::array::from_fn(|_| vec![0f32; width]));
     let mut tensor: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0f32; width]);
     for y in 1..height {
@@ -70,6 +70,7 @@ fn window_sums(plane: &[f32], sums: &mut [f32]) {
     }
 }
 
+/// The smaller eigenvalue of the tensor summed over five rows.
 #[inline(always)]
 fn eigenvalues(rows: [&[Vec<f32>; 3]; WINDOW_PX], out: &mut [f32]) {
     let width = out.len();
@@ -88,11 +89,11 @@ fn eigenvalues(rows: [&[Vec<f32>; 3]; WINDOW_PX], out: &mut [f32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::blocks;
+    use super::super::test_images::blocks;
     use super::*;
 
     #[test]
-    fn a_corner_answers_and_an_edge_does_not() {
+    fn a_corner_has_a_response_and_an_edge_has_none() {
         let at = |f: fn(usize, usize) -> bool| {
             let values = (0..400).map(|i| if f(i % 20, i / 20) { 200.0 } else { 50.0 }).collect();
             responses(&Gray::from_values(20, 20, values).unwrap())[10 * 20 + 10]
@@ -106,7 +107,7 @@ mod tests {
         for (width, height) in [(3, 9), (5, 5), (61, 40), (64, 64)] {
             let gray = blocks(width, height);
             let bits = |v: Vec<f32>| v.into_iter().map(f32::to_bits).collect::<Vec<_>>();
-            assert_eq!(bits(responses(&gray)), bits(responses_of(&gray)));
+            assert_eq!(bits(responses(&gray)), bits(responses_plain(&gray)));
         }
     }
 }

@@ -1,34 +1,37 @@
-//! Alignment by brightness: Gauss-Newton over what both frames see, coarse grid first.
+//! Alignment by brightness: Gauss-Newton over the ground that both frames see, on a coarse grid first.
 //!
 //! # References
-//! Lucas and Kanade, IJCAI 1981. The covariance is the jackknife's over blocks (Efron, 1982; Bell and McCaffrey, Survey
-//! Methodology 28, 2002): it holds whatever the residuals of a block have in common (relief, smoothing, moving things),
-//! and where few blocks carry most of the weight.
+//! Lucas and Kanade, IJCAI 1981. The covariance is that of the jackknife over blocks (Efron, 1982; Bell and McCaffrey, Survey
+//! Methodology 28, 2002). It holds also where the residuals of a block are correlated (relief, smoothing, moving things), and
+//! where few blocks carry most of the weight.
 
 use super::binomial::smoothed;
-use super::sums::{BlockSums, Brightness, PARAMETERS, Template};
-use super::{Precision, Similarity};
+use super::block_sums::{Brightness, sum_blocks};
+use super::normal_equations::{BlockSums, PARAMETERS};
+use super::template::Template;
 use crate::pixels::Gray;
+use crate::registration::similarity::{Precision, Similarity};
 use nalgebra::{Matrix4, SMatrix, SVector, Vector2};
 
-/// The aligned similarity and how well it places b's centre.
+/// The aligned similarity and its precision.
 #[derive(Debug)]
 pub struct Aligned {
-    /// Takes b to a.
-    pub similarity: Similarity,
-    /// How well that is known.
+    /// The similarity.
+    pub a_from_b: Similarity,
+    /// Precision of the similarity.
     pub precision: Precision,
     /// Mean over the overlap's blocks of the correlation of a and b, in [-1, 1].
     pub correlation: f64,
 }
 
 type Normal = SMatrix<f64, PARAMETERS, PARAMETERS>;
-type Parameters = SVector<f64, PARAMETERS>;
+type ParameterVector = SVector<f64, PARAMETERS>;
 
-/// The grid is so fine that about this many pixels are compared, within these steps.
+/// The grid's step is chosen so that about this many pixels are compared,
 const SAMPLES: f64 = 16_000.0;
+/// and lies within these bounds.
 const STEPS_PX: (f64, f64) = (1.0, 8.0);
-/// The first rounds skip this many times as many.
+/// Step of the coarse grid, in steps of the fine one.
 const COARSE: usize = 2;
 const COARSE_ROUNDS: usize = 8;
 const FINE_ROUNDS: usize = 5;
@@ -37,16 +40,17 @@ const COARSE_CONVERGED_PX: f64 = 0.05;
 const FINE_CONVERGED_PX: f64 = 0.003;
 /// The alignment may not leave what the keypoints found by more than this anywhere in the overlap, pixels of a.
 const MAX_CORRECTION_PX: f64 = 4.0;
+/// Fewer pixels than this give no alignment.
 const LEAST_SAMPLES: f64 = 200.0;
-/// Blocks that the covariance needs beyond the parameters.
+/// Blocks that the covariance needs beyond the number of parameters.
 const LEAST_FREEDOM: f64 = 3.0;
-/// What no residual shows, one sigma per axis: interpolation and rounding shift all edges of a frame together.
+/// Error that no residual shows, one sigma per axis: interpolation and rounding shift all edges of a frame together.
 const FLOOR_PX: f64 = 0.001;
-/// Frames that differ more in scale are compared at a common size.
+/// Frames whose scales differ by more than this factor are compared at a common size.
 const COMPARABLE: f64 = 1.45;
 
-/// Aligns b on a from a start within a pixel or two; `centre` is b's, where the covariance is stated. `None` where
-/// the overlap is too small or flat, or where the iteration runs away: then the start is the better answer.
+/// Aligns b on a from a start `a_from_b` within a pixel or two. `centre` is the centre of b, where the covariance is stated.
+/// `None` where the overlap is too small or flat, or where the iteration diverges: then the start is the better answer.
 pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Option<Aligned> {
     let scale = start.scale();
     let halvings = |ratio: f64| if ratio > COMPARABLE { (ratio.log2().round() as u32).max(1) } else { 0 };
@@ -56,13 +60,13 @@ pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Op
     let (small_a, small_b) = (reduced(a, of_a), reduced(b, of_b));
     let aligned = align_alike(&small_a, &small_b, &start.in_pixels(wide_a, wide_b), centre / wide_b)?;
     Some(Aligned {
-        similarity: aligned.similarity.in_pixels(1.0 / wide_a, 1.0 / wide_b),
+        a_from_b: aligned.a_from_b.in_pixels(1.0 / wide_a, 1.0 / wide_b),
         precision: aligned.precision.in_pixels(1.0 / wide_a),
         correlation: aligned.correlation,
     })
 }
 
-/// [`align`] for smoothed frames of about one scale.
+/// As [`align`], for smoothed frames of about the same scale.
 fn align_alike(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Option<Aligned> {
     let step = step_px(a, b, start)?;
     let coarse = Template::new(b, centre, step * COARSE).cut_to(a, start);
@@ -74,8 +78,8 @@ fn align_alike(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> 
     {
         let mut brightness = Brightness::unknown(template);
         for round in 0..rounds {
-            let (sums, offsets) = template.sums(a, &motion, &brightness);
-            let solved = Solved::of(&sums)?;
+            let (sums, offsets) = sum_blocks(template, a, &motion, &brightness);
+            let solved = GaussNewtonStep::solve(&sums)?;
             brightness = offsets;
             brightness.gain += solved.step[4];
             brightness.deviation = solved.deviation;
@@ -96,12 +100,12 @@ fn align_alike(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> 
     let mut covariance = solved.covariance(&sums)? + Matrix4::identity() * (FLOOR_PX * FLOOR_PX);
     covariance.fixed_rows_mut::<2>(2).scale_mut(1.0 / fine.radius_px);
     covariance.fixed_columns_mut::<2>(2).scale_mut(1.0 / fine.radius_px);
-    let precision = Precision::of(&motion, &covariance);
+    let precision = Precision::from_covariance(&motion, &covariance);
     let correlation = sums.iter().map(|b| b.correlation).sum::<f64>() / sums.len() as f64;
-    Some(Aligned { similarity: motion, precision, correlation })
+    Some(Aligned { a_from_b: motion, precision, correlation })
 }
 
-/// The grid's step for this overlap; `None` where it is too small.
+/// The grid's step for this overlap, px; `None` where the overlap is too small.
 fn step_px(a: &Gray, b: &Gray, motion: &Similarity) -> Option<usize> {
     const PROBE_PX: usize = 16;
     let (width, height) = (a.width_px() as f64, a.height_px() as f64);
@@ -114,35 +118,38 @@ fn step_px(a: &Gray, b: &Gray, motion: &Similarity) -> Option<usize> {
     (area_px2 >= LEAST_SAMPLES).then_some(step as usize)
 }
 
-fn moved(motion: &Similarity, step: &Parameters, template: &Template) -> Similarity {
+/// The motion after a Gauss-Newton step.
+fn moved(motion: &Similarity, step: &ParameterVector, template: &Template) -> Similarity {
     let at_centre = motion.apply(template.centre) + Vector2::new(step[0], step[1]);
     let (c, s) = (motion.c + step[2] / template.radius_px, motion.s + step[3] / template.radius_px);
     Similarity::about(c, s, template.centre, at_centre)
 }
 
-/// The normal equations solved.
-struct Solved {
-    step: Parameters,
+/// One Gauss-Newton step.
+struct GaussNewtonStep {
+    step: ParameterVector,
     normal: Normal,
-    right: Parameters,
+    right: ParameterVector,
+    /// Robust standard deviation of the residuals, gray levels.
     deviation: f64,
 }
 
-impl Solved {
-    fn of(blocks: &[BlockSums]) -> Option<Self> {
+impl GaussNewtonStep {
+    /// Solves the normal equations; `None` with too few pixels, or where they do not determine the step.
+    fn solve(blocks: &[BlockSums]) -> Option<Self> {
         let count: f64 = blocks.iter().map(|b| b.count).sum();
         if count < LEAST_SAMPLES {
             return None;
         }
         let normal: Normal = blocks.iter().map(|b| b.normal).sum();
-        let right: Parameters = blocks.iter().map(|b| b.right).sum();
+        let right: ParameterVector = blocks.iter().map(|b| b.right).sum();
         let step = normal.try_inverse()? * right;
         // The mean absolute value of a Gaussian is sqrt(2 / pi) of its deviation.
         let deviation = blocks.iter().map(|b| b.absolute).sum::<f64>() / count * 1.2533;
         step.iter().all(|v| v.is_finite()).then_some(Self { step, normal, right, deviation })
     }
 
-    /// Of the step's shift, turn and growth, by leaving out each block in turn.
+    /// Covariance of shift, growth and rotation: the jackknife, which leaves out one block after the other.
     fn covariance(&self, blocks: &[BlockSums]) -> Option<Matrix4<f64>> {
         let count = blocks.len() as f64;
         if count < PARAMETERS as f64 + LEAST_FREEDOM {

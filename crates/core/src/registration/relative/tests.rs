@@ -1,6 +1,9 @@
 //! Synthetic frames with exact truth.
 
 use super::*;
+use crate::pixels::Gray;
+use crate::registration::similarity::Similarity;
+use nalgebra::Vector2;
 
 /// A smooth random landscape: a sum of waves, so that any resampling is exact.
 fn landscape(x: f64, y: f64) -> f32 {
@@ -66,7 +69,7 @@ fn large_frames_are_answered_in_their_own_pixels() {
 }
 
 #[test]
-fn says_so_where_nothing_is_shared_or_shown() {
+fn gives_no_motion_where_nothing_is_shared_or_shown() {
     let a = frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0);
     let elsewhere = frame(&turned(0.0, 1.0, 5000.0, 9000.0), 1.0);
     let blank = Gray::filled(240, 200, 90.0);
@@ -97,7 +100,7 @@ fn finds_frames_of_twice_and_half_the_scale() {
 }
 
 #[test]
-fn a_mirrored_frame_is_another_place() {
+fn a_mirrored_frame_gives_no_motion() {
     let a = frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0);
     let (w, h) = (a.width_px(), a.height_px());
     let mirrored = Gray::from_values(w, h, (0..w * h).map(|i| a.at(w - 1 - i % w, i / w)).collect()).unwrap();

@@ -1,16 +1,16 @@
-//! What a relative registration is asked and answers.
+//! The prior and the answer of a relative registration.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// What two frames are known to share before they are compared.
+/// What is known of two frames before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotionPrior {
     /// Expected ratio of b's ground sample distance to a's; `None` when unknown.
     pub scale: Option<f64>,
 }
 
-/// The answer: how frame b lies on frame a, or why that cannot be said.
+/// The answer: how frame b lies on frame a, or why there is no answer.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum MotionAnswer {
@@ -18,9 +18,9 @@ pub enum MotionAnswer {
     Motion(Motion),
     /// Not registered.
     NoMotion {
-        /// Why, as a stable word.
+        /// Reason, as a stable word.
         reason: NoMotionReason,
-        /// Why, for people and logs.
+        /// Reason in detail, for people and logs.
         detail: String,
     },
 }
@@ -31,14 +31,14 @@ pub enum MotionAnswer {
 pub enum NoMotionReason {
     /// Too few correspondences agree on one motion: another place, too little overlap, or too little texture.
     TooFewAgreeingMatches,
-    /// Correspondences agree, but most others in the overlap so found, or its brightness, contradict: ground that
-    /// looks alike.
+    /// Some correspondences agree, but most others in the overlap that they imply, or its brightness, contradict: ground
+    /// that looks alike.
     Contradicted,
-    /// They agree on a scale that the prior excludes.
+    /// The correspondences agree on a scale that the prior excludes.
     OtherScale,
 }
 
-/// A similarity taking a point of image b to image a, pixels counted from the corner.
+/// A similarity that takes a point of image b to image a, pixels counted from the corner.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Motion {
     /// Row-major 2 x 3: a point (x, y, 1) of b to a.
@@ -47,18 +47,18 @@ pub struct Motion {
     pub rotation_deg: f64,
     /// Pixels of a per pixel of b.
     pub scale: f64,
-    /// Where b's centre lies in a minus a's centre, pixels of a: the displacement.
+    /// Displacement: the place of b's centre in a less a's centre, pixels of a.
     pub displacement_px: [f64; 2],
     /// Covariance of `displacement_px`, px^2.
     pub covariance_px2: [[f64; 2]; 2],
     /// One standard deviation of `rotation_deg`.
     pub rotation_sigma_deg: f64,
-    /// One standard deviation of `scale`, as a ratio of it.
+    /// One standard deviation of `scale`, as a ratio of the scale.
     pub scale_sigma_ratio: f64,
     /// Correspondences that agree.
     pub inliers: usize,
     /// Correspondences that were tried.
     pub matches: usize,
-    /// log10 of the number of agreements as large that accident makes in a pair of frames.
+    /// log10 of the number of false alarms: how many agreements as large are expected by chance in a pair of frames.
     pub log10_false_alarms: f64,
 }

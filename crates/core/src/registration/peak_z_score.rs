@@ -1,20 +1,19 @@
-//! How high a place stands above its surroundings: the whole view at full sharpness, at the place found and at places
-//! around it.
+//! The z-score of a correlation peak: the whole view at full resolution, compared at the place found and at places around.
 //!
-//! The statistic is T of [`super::coarse`]. Ground that repeats itself (parallel fields, rows of houses) is as high
-//! elsewhere, which widens the spread and lowers the standing, as it should.
+//! The statistic is T of [`super::coarse`]. Ground that repeats itself (parallel fields, rows of houses) has high values
+//! elsewhere, which widens the spread and lowers the z-score, as it should.
 
 use super::products::{CHANNELS_SCALE, ENERGIES_SCALE, channels_in_row, energies_in_row};
 use crate::feature::Structure;
 
-/// How far around the place is compared, pixels. The map must reach this far beyond the view.
+/// Radius around the place within which other places are compared, pixels. The map must reach this far beyond the view.
 pub const REACH_PX: usize = 30;
 /// Distance between the places compared: farther than structure is correlated with itself.
 const STEP_PX: isize = 10;
 
-/// T where `view` lies at `offset_px` on `map` (the best of that pixel and its eight neighbours), in standard deviations
-/// of T around. `None` where nothing can be compared.
-pub fn standing(view: &Structure, map: &Structure, offset_px: [usize; 2]) -> Option<f64> {
+/// The z-score of T where `view` lies at `offset_px` on `map`: T there (the best of that pixel and its eight neighbours) less
+/// the mean of T around, in standard deviations of T around. `None` where nothing can be compared.
+pub fn peak_z_score(view: &Structure, map: &Structure, offset_px: [usize; 2]) -> Option<f64> {
     let reach = REACH_PX as isize;
     let spans = spans(view);
     let at = |dx: isize, dy: isize| {
@@ -39,7 +38,7 @@ pub fn standing(view: &Structure, map: &Structure, offset_px: [usize; 2]) -> Opt
     (variance > 0.0).then(|| (here - mean) / variance.sqrt())
 }
 
-/// Of each row, from the first to beyond the last column that holds anything: a turned frame fills half its rectangle.
+/// For each row, the range from the first column with structure to beyond the last: a turned frame fills half its rectangle.
 fn spans(view: &Structure) -> Vec<(usize, usize)> {
     let row = |y: usize| &view.energy[y * view.width_px..(y + 1) * view.width_px];
     let span = |y: usize| {
