@@ -8,6 +8,15 @@ use std::path::Path;
 use std::str::FromStr;
 
 /// What to do with a layer that is older than a number of days.
+///
+/// # Example
+/// ```
+/// use overfly_store::package::StalePolicy;
+///
+/// let policy: StalePolicy = "y2012:3650=refuse".parse()?;
+/// assert_eq!(policy, StalePolicy { layer: Some("y2012".into()), days: 3650, refuse: true });
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StalePolicy {
     /// The layer: every layer if `None`.

@@ -116,6 +116,19 @@ impl PublicKey {
 ///
 /// # Errors
 /// [`PackageError::KeyExists`] if either file exists: nothing is written then. Where the folder cannot be written.
+///
+/// # Example
+/// ```
+/// use overfly_store::package::{PublicKey, SecretKey, generate};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("ground.key");
+/// let (public_path, public) = generate(&path)?;
+/// let signature = SecretKey::read(&path)?.sign(b"message");
+/// assert!(PublicKey::read(&public_path)?.verifies(b"message", &signature));
+/// assert!(!public.verifies(b"another message", &signature));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn generate(path: &Path) -> Result<(PathBuf, PublicKey), PackageError> {
     let mut name = path.as_os_str().to_os_string();
     name.push(".pub");
