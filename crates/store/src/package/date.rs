@@ -39,7 +39,8 @@ pub fn acquisition_day(text: &str) -> Option<Date> {
     parse_date(text.get(..10)?).ok()
 }
 
-/// Returns the UTC day of a moment, seconds since 1970-01-01 UTC. Moments beyond the year 9999 give its last day.
+/// Returns the UTC day of a moment, seconds since 1970-01-01 UTC. A moment that jiff cannot represent gives its nearest day, at
+/// most 9999-12-30.
 pub fn utc_day(unix_s: i64) -> Date {
     let moment = Timestamp::from_second(unix_s).unwrap_or(if unix_s < 0 { Timestamp::MIN } else { Timestamp::MAX });
     Offset::UTC.to_datetime(moment).date()
@@ -71,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_out_of_range_give_the_last_day() {
+    fn moments_out_of_range_give_the_nearest_day() {
         assert_eq!(utc_day(i64::MAX), jiff::civil::date(9999, 12, 30));
         assert_eq!(utc_day(-1), jiff::civil::date(1969, 12, 31));
     }
