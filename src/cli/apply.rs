@@ -1,18 +1,20 @@
-//! `overfly apply`: the new store from the old one and a patch.
+//! `overfly apply`: makes the new store from the old one and a patch.
 
-use super::verify::today;
-use super::{Exit, Failure, Output};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::today::today;
 use overfly_store::package::{Applied, ApplyRequest, PublicKey, apply};
 use std::path::PathBuf;
 
 const HELP: &str = "\
-The patch is one of `overfly diff OLD NEW --out PATCH`, and STORE holds what OLD held: any other is refused by its digest. The new
-store is written beside STORE (so there must be room for both), held against the digest that the patch states (of an exported store
-that of the whole file), and renamed into place. Whatever happens on the way, STORE is the old one or the new one. Applied once
-more, nothing changes.
+PATCH comes from `overfly diff OLD NEW --out PATCH`. STORE must hold what OLD held; its digest is checked. The new store is written
+beside STORE (there must be room for both), compared with the digest that the patch states (for an exported store: the digest of the
+whole file), and renamed into place. If the command is interrupted, STORE is still either the old one or the new one. Applying a patch
+twice changes nothing.
 
-A patch proves nothing of who made it: give --key where stores are signed. Without it a signed STORE is replaced only by one that
-the same key signed.
+A patch does not prove who made it. If stores are signed, give --key. Without --key, a signed STORE can be replaced only by a store
+that the same key signed.
 
 Examples:
   overfly apply flight.gpkg flight-1-2.patch --key ground.key.pub
@@ -28,10 +30,10 @@ pub struct Args {
     /// The patch.
     #[arg(value_name = "PATCH")]
     patch: PathBuf,
-    /// Write the new store to this file, and leave STORE as it is.
+    /// Write the new store to this file and leave STORE unchanged.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Refuse the new store unless it is signed by this public key.
+    /// Refuse the new store unless this public key verifies its signature.
     #[arg(long, value_name = "PUB")]
     key: Option<PathBuf>,
 }
@@ -49,11 +51,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 fn text(request: &ApplyRequest<'_>, applied: &Applied) -> String {
     let place = request.out.display();
     if !applied.changed {
-        return format!("{place}: is what the patch makes already, digest {}", applied.digest);
+        return format!("{place}: already up to date, digest {}", applied.digest);
     }
     let signed = applied.signed_by.as_ref().map_or("not signed".into(), |key| format!("signed by {key}"));
     format!(
-        "{place}: {} tiles kept, {} of the patch; {} bytes, digest {}, {signed}",
+        "{place}: {} tiles kept, {} from the patch; {} bytes, digest {}, {signed}",
         applied.kept_tiles, applied.patched_tiles, applied.bytes, applied.digest
     )
 }

@@ -1,20 +1,22 @@
 //! `overfly candidates`: the tiles to search, as `GET /v1/candidates` lists them.
 
-use super::{Exit, Failure, Output};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
 use overfly_flight::locate::candidates::{CandidateParameters, Candidates, candidates};
 use overfly_store::Reader;
 use std::path::PathBuf;
 
 const HELP: &str = "\
-The region by mode:
-  sequential  --inaccuracy-m --drift-m: the image's centre lies within half the inaccuracy and the drift of the given
+The search region depends on the mode:
+  sequential  --inaccuracy-m --drift-m: the image's centre lies within half the inaccuracy plus the drift of the given
               position (the paper's equation 3). Or --sigma-east-m --sigma-north-m: within the 99.7 % ellipse.
-  parallel    --inaccuracy-m --unit-drift-m --execution-s --relative-s: as sequential, the drift being that of the relative
-              registrations that ran beside an absolute one (equation 17).
+  parallel    --inaccuracy-m --unit-drift-m --execution-s --relative-s: as sequential, with the drift of the relative
+              registrations that ran during one absolute registration (equation 17).
   combined    --inaccuracy-m --speed-mps --execution-s --min-turn-radius-m: the position and heading are those of the last
-              fix; from there the aircraft flew for exactly the execution time, turning as it liked. All ground that
-              its image can show then.
-Each is widened by the image itself.
+              fix. The region is all ground that the image can show after exactly the execution time, whatever turns the
+              aircraft made.
+Every region is widened by the extent of the image itself.
 
 Examples:
   overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
@@ -26,7 +28,7 @@ Examples:
   overfly candidates --db map.gpkg --latitude-deg 48.4915 --longitude-deg 15.616 --heading-deg 270 \\
       --across-m 400 --along-m 300 --mode combined --inaccuracy-m 20 --speed-mps 40 --execution-s 8 --min-turn-radius-m 300";
 
-/// Arguments: the HTTP parameters by the same names.
+/// Arguments; the HTTP parameters have the same names.
 #[derive(clap::Args)]
 #[command(allow_negative_numbers = true, after_help = HELP)]
 pub struct Args {
@@ -36,10 +38,10 @@ pub struct Args {
     /// Most likely position of the image's centre, degrees north; combined: where the last fix was.
     #[arg(long, value_name = "DEG")]
     latitude_deg: f64,
-    /// The same, degrees east.
+    /// Longitude of that point, degrees east.
     #[arg(long, value_name = "DEG")]
     longitude_deg: f64,
-    /// Direction of the image's upper edge, clockwise from true north, [0, 360); combined: that of the last fix.
+    /// Direction of the image's upper edge, degrees clockwise from true north; combined: heading at the last fix.
     #[arg(long, value_name = "DEG")]
     heading_deg: f64,
     /// The image's extent on the ground across the heading, metres (the paper's a).
@@ -51,43 +53,43 @@ pub struct Args {
     /// Coupling mode: sequential, parallel or combined [default: sequential].
     #[arg(long, value_name = "MODE")]
     mode: Option<String>,
-    /// Full width of the last fix's error, metres (the paper's I). Every mode.
+    /// Full width of the last fix's error, metres (the paper's I). All modes.
     #[arg(long, value_name = "M")]
     inaccuracy_m: Option<f64>,
-    /// Drift since the last fix to either side, metres (the paper's D_T). Sequential.
+    /// Drift since the last fix to either side, metres (the paper's D_T). Sequential mode.
     #[arg(long, value_name = "M")]
     drift_m: Option<f64>,
-    /// Instead of inaccuracy and drift: one standard deviation towards east, metres. Sequential.
+    /// Instead of inaccuracy and drift: one standard deviation towards east, metres. Sequential mode.
     #[arg(long, value_name = "M")]
     sigma_east_m: Option<f64>,
-    /// One standard deviation towards north, metres.
+    /// One standard deviation towards north, metres. Sequential mode.
     #[arg(long, value_name = "M")]
     sigma_north_m: Option<f64>,
-    /// Correlation of both, in (-1, 1) [default: 0].
+    /// Correlation of east and north, in (-1, 1) [default: 0].
     #[arg(long, value_name = "R")]
     correlation: Option<f64>,
-    /// Drift of one relative registration to either side, metres (the paper's D_U). Parallel.
+    /// Drift of one relative registration to either side, metres (the paper's D_U). Parallel mode.
     #[arg(long, value_name = "M")]
     unit_drift_m: Option<f64>,
-    /// How long the absolute registration before this search ran, seconds (the paper's t_exe). Parallel, combined.
+    /// How long the absolute registration before this search ran, seconds (the paper's t_exe). Parallel and combined modes.
     #[arg(long, value_name = "S")]
     execution_s: Option<f64>,
-    /// Time of one relative registration, seconds (the paper's t0). Parallel.
+    /// Time of one relative registration, seconds (the paper's t0). Parallel mode.
     #[arg(long, value_name = "S")]
     relative_s: Option<f64>,
-    /// Ground speed, metres per second (the paper's v). Combined.
+    /// Ground speed, metres per second (the paper's v). Combined mode.
     #[arg(long, value_name = "MPS")]
     speed_mps: Option<f64>,
-    /// Least turn radius, metres (the paper's R_min). Combined.
+    /// Smallest turn radius, metres (the paper's R_min). Combined mode.
     #[arg(long, value_name = "M")]
     min_turn_radius_m: Option<f64>,
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
-    /// Return only this many of the best.
+    /// Print only the best N tiles.
     #[arg(long, value_name = "N")]
     max_tiles: Option<u64>,
-    /// Chooses the coarsest level whose pixels are no larger than this [default: the base level].
+    /// Search the coarsest level whose pixels are no larger than this [default: the base level].
     #[arg(long, value_name = "M_PER_PX")]
     gsd_m_per_px: Option<f64>,
 }
@@ -129,7 +131,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 fn table(answer: &Candidates) -> String {
     if answer.tiles.is_empty() {
-        return "no tile: the region to search lies outside the layer (`overfly info` says what it covers)".into();
+        return "no tile: the region to search lies outside the layer (`overfly info` prints its extent)".into();
     }
     let mut lines = vec![format!(
         "{:<28} {:>11} {:>9} {:>15} {:>9}  acquired",

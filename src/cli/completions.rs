@@ -1,17 +1,17 @@
 //! `overfly completions`: shell completion scripts.
 
-use super::{Cli, Exit, Failure, Output};
-use clap::CommandFactory;
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
 
 /// Arguments.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Which shell.
+    /// The shell.
     shell: clap_complete::Shell,
 }
 
-/// Prints the script on standard output.
-pub fn run(args: &Args, _output: &Output) -> Result<Exit, Failure> {
-    clap_complete::generate(args.shell, &mut Cli::command(), "overfly", &mut std::io::stdout());
+/// Prints the completion script of `program` on standard output.
+pub fn run(args: &Args, mut program: clap::Command) -> Result<Exit, Failure> {
+    clap_complete::generate(args.shell, &mut program, "overfly", &mut std::io::stdout());
     Ok(Exit::Done)
 }

@@ -1,14 +1,16 @@
-//! `overfly diff`: how two stores differ, and the patch between them.
+//! `overfly diff`: compares two stores and writes the patch between them.
 
-use super::{Exit, Failure, Output};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
 use overfly_store::Reader;
 use overfly_store::package::{Difference, diff, write_patch};
 use std::path::PathBuf;
 
 const HELP: &str = "\
-Compares finished layers tile by tile. With --out writes the patch that makes NEW of OLD: of tiles that differ, those parts that do
-(imagery, descriptors, cells, what is known of them), and nothing else. Of an exported NEW it holds manifest, seal and signature,
-so that `overfly apply` makes the same file, byte for byte. Equal stores give equal patches.
+Compares finished layers tile by tile. With --out, writes the patch that turns OLD into NEW: for each tile that differs, only the
+parts that differ (imagery, descriptors, cells, metadata). If NEW is an exported store, the patch also holds its manifest, seal and
+signature, and `overfly apply` makes the same file, byte for byte. Equal stores give equal patches.
 
 Examples:
   overfly diff spring.gpkg summer.gpkg
@@ -51,13 +53,16 @@ fn text(args: &Args, found: &Difference) -> String {
     }
     text.push_str(&match (&args.out, found.patch_bytes) {
         (Some(out), Some(bytes)) => {
-            format!("{}: {bytes} bytes, where the new store takes {}", out.display(), found.result_bytes)
+            format!("{}: {bytes} bytes; the new store takes {}", out.display(), found.result_bytes)
         }
         _ if found.base == found.result && found.other_manifest => {
-            "the stores hold the same tiles; the manifest (route, last day, who signed) is another, or one is not exported".to_owned()
+            "the stores hold the same tiles; their manifests differ (route, last day, signer), or only one is exported"
+                .to_owned()
         }
-        _ if found.base == found.result => "the stores state the same; whether all of it is intact says `overfly verify`".to_owned(),
-        _ => format!("digest {} became {}", found.base, found.result),
+        _ if found.base == found.result => {
+            "the stores have the same digests; `overfly verify` checks that their content is intact".to_owned()
+        }
+        _ => format!("digest {} becomes {}", found.base, found.result),
     });
     text
 }

@@ -1,31 +1,31 @@
 //! `overfly fix`: one absolute registration.
 
-use super::evaluate::make_folder;
-use super::number::{any, latitude_deg, positive, turn_deg};
-use super::viewpoint::Viewpoint;
-use super::{Exit, Failure, Output, default_threads};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::layer::chosen_layer;
+use crate::cli::number::{any, latitude_deg, positive, turn_deg};
+use crate::cli::output::Output;
+use crate::cli::pictures::Pictures;
+use crate::cli::threads::default_threads;
+use crate::cli::viewpoint::Viewpoint;
 use overfly_core::geodesy::{EnuCovariance, Geodetic};
-use overfly_flight::frame::{ReducedFrame, read_colour_frame, read_large_frame};
-use overfly_flight::locate::candidates::default_layer;
+use overfly_flight::frame::{ReducedFrame, read_large_frame};
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
-use overfly_lab::explain::Explanation;
 use overfly_store::Reader;
 use std::path::PathBuf;
 
 const HELP: &str = "\
-Say what the aircraft knows. A position and a heading make the search small and quick; the scale, either as
---gsd-m-per-px or as --height-m with --camera, is always needed. The answer is the point straight below the camera and
-its covariance, or no fix and why (exit code 3).
+A prior position and heading make the search small and fast. The scale is always needed, either as --gsd-m-per-px or as
+--height-m with --camera. The answer is the point straight below the camera with its covariance, or no fix with the
+reason (exit code 3).
 
 Examples:
   overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25
   overfly fix --db map.gpkg --image frame.jpg --latitude-deg 48.4915 --longitude-deg 15.616 --sigma-m 200 \\
       --heading-deg 271.6 --height-m 500 --camera camera.toml --pitch-deg 1.2 --roll-deg 0 --json
 
-With --pictures DIR the registration is drawn step by step; open DIR/index.html.
-
 camera.toml: width_px, height_px, focal_length_px, principal_point_px = [x, y], distortion = [k1, k2, p1, p2, k3] (the
-OpenCV model; pixels are counted from the image's upper left corner).";
+OpenCV model; pixels are counted from the image's upper-left corner).";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -40,7 +40,7 @@ pub struct Args {
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
-    /// Most likely latitude of the point straight below the camera; without a position the whole layer is searched.
+    /// Most likely latitude of the point straight below the camera; without a position, the whole layer is searched.
     #[arg(long, value_name = "DEG", value_parser = latitude_deg, requires_all = ["longitude_deg", "sigma_m"])]
     latitude_deg: Option<f64>,
     /// Most likely longitude of that point.
@@ -49,7 +49,7 @@ pub struct Args {
     /// One standard deviation of that position per axis, metres.
     #[arg(long, value_name = "M", value_parser = positive, requires = "latitude_deg")]
     sigma_m: Option<f64>,
-    /// Direction of the image's upper edge, clockwise from true north; without it a full turn is searched.
+    /// Direction of the image's upper edge, clockwise from true north; without it, all headings are searched.
     #[arg(long, value_name = "DEG", value_parser = turn_deg)]
     heading_deg: Option<f64>,
     /// One standard deviation of the heading, degrees.
@@ -57,22 +57,20 @@ pub struct Args {
     heading_sigma_deg: f64,
     #[command(flatten)]
     viewpoint: Viewpoint,
-    /// One standard deviation of the height or ground sample distance, as a ratio of it: 0.03 is 3 %.
+    /// One standard deviation of the height or ground sample distance, as a ratio: 0.03 is 3 %.
     #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
     height_sigma_ratio: f64,
-    /// When the image was taken, seconds of any clock; echoed.
+    /// When the image was taken, seconds of any clock; repeated in the answer.
     #[arg(long, value_name = "S", value_parser = any)]
     time_s: Option<f64>,
-    /// Write pictures of this registration here, and index.html that shows them: what was seen, what of it was compared,
-    /// where it stood out, which windows agreed.
-    #[arg(long, value_name = "DIR")]
-    pictures: Option<PathBuf>,
+    #[command(flatten)]
+    pictures: Pictures,
     /// Threads to search with.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: std::num::NonZeroUsize,
 }
 
-/// Runs the command; exit code 3 where there is no fix.
+/// Runs the command; exit code 3 if there is no fix.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let view = args.viewpoint.view()?.ok_or_else(|| {
         let remedy = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera";
@@ -82,7 +80,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open(&args.db)?;
     let layer = match &args.layer {
         Some(name) => name.clone(),
-        None => default_layer(&store)?.name.clone(),
+        None => chosen_layer(&store, None)?.name.clone(),
     };
     let request = FixRequest {
         layer,
@@ -96,13 +94,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         time_s: args.time_s,
     };
     let answer = locate(&store, &frame, &request, args.threads.get())?.in_pixels_of(reduction);
-    if let Some(folder) = &args.pictures {
-        make_folder(folder)?;
-        let colour = read_colour_frame(&args.image)?;
-        for (name, bytes) in Explanation::of(&store, &colour, &request, &answer)?.pages() {
-            output.write(&folder.join(name), &bytes)?;
-        }
-    }
+    args.pictures.write(&store, &args.image, &request, &answer, output)?;
     output.say(&answer, || text(&answer));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }

@@ -1,6 +1,8 @@
-//! `overfly info`: what is in a store.
+//! `overfly info`: shows what is in a store.
 
-use super::{Exit, Failure, Output};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
 use overfly_store::package::Manifest;
 use overfly_store::{Layer, Reader, Source, StoreError, hex};
 use serde::Serialize;
@@ -22,7 +24,7 @@ struct Info<'a> {
     tiles: u64,
     bytes: u64,
     layers: Vec<LayerInfo<'a>>,
-    /// Of an exported store, what its manifest states; nothing of it is proved here.
+    /// What the manifest of an exported store states; it is not verified here.
     exported: Option<ExportInfo>,
 }
 
@@ -49,7 +51,7 @@ impl ExportInfo {
     fn describe(&self) -> String {
         let or = |value: &Option<String>, none: &str| value.clone().unwrap_or(none.into());
         let mut text = format!(
-            "exported from {}, corridor {} m\n  valid until {}, signed by {} (as it says; `overfly verify --key` proves it)\n",
+            "exported from {}, corridor {} m\n  valid until {}, signed by {} (not verified; use `overfly verify --key`)\n",
             self.cut_from,
             self.corridor_m,
             or(&self.valid_until, "any day"),
@@ -129,7 +131,10 @@ fn describe(info: &Info<'_>) -> String {
     for LayerInfo { layer, sources } in &info.layers {
         let [west, south, east, north] = <[f64; 4]>::from(layer.bounds_deg);
         if !layer.complete {
-            text.push_str(&format!("\nlayer {}: unfinished; run the same `overfly build` again\n", layer.name));
+            text.push_str(&format!(
+                "\nlayer {}: unfinished; run the same `overfly build` again to finish it\n",
+                layer.name
+            ));
             continue;
         }
         text.push_str(&format!(

@@ -1,12 +1,14 @@
-//! `overfly keygen`: a pair of keys to sign stores with.
+//! `overfly keygen`: makes a pair of keys to sign stores with.
 
-use super::{Exit, Failure, Output};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
 use overfly_store::package::generate;
 use std::path::PathBuf;
 
 const HELP: &str = "\
-Writes KEY (PKCS#8 PEM, readable by its owner alone: it signs) and KEY.pub (SPKI PEM: it verifies), both Ed25519 and as
-OpenSSL writes them. Nothing is overwritten.
+Writes an Ed25519 key pair in the formats of OpenSSL: KEY signs (PKCS#8 PEM, readable only by its owner), KEY.pub verifies
+(SPKI PEM). Existing files are not overwritten.
 
 Examples:
   overfly keygen --out ground.key
@@ -18,7 +20,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Args {
-    /// The secret key's file; the public key goes beside it, .pub behind its name.
+    /// The file for the secret key; the public key is written beside it, with .pub appended to the name.
     #[arg(long, value_name = "KEY")]
     out: PathBuf,
 }

@@ -1,19 +1,22 @@
 //! `overfly motion`: one relative registration.
 
-use super::viewpoint::Viewpoint;
-use super::{Exit, Failure, Output};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::viewpoint::Viewpoint;
+use crate::ground_motion::GroundMotion;
 use overfly_core::camera::{Camera, View};
-use overfly_core::geodesy::BodyOffset;
 use overfly_core::pixels::Gray;
-use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
+use overfly_core::registration::relative::{MotionAnswer, MotionPrior, register};
 use overfly_flight::frame::read_frame;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
 
 const HELP: &str = "\
-Says where the middle of B lies on A, in pixels of A, and the turn and scale between both. With the scale of A on the
-ground (--gsd-m-per-px, or --height-m with --camera) also in metres. No map is used. Exit code 3: no motion, and why.
+Prints where the centre of B lies on A, in pixels of A, and the rotation and scale between the two. If the scale of A on the
+ground is known (--gsd-m-per-px, or --height-m with --camera), also in metres. No map is used. Exit code 3: no motion, with the
+reason.
 
 Example:
   overfly motion 019.jpg 020.jpg --gsd-m-per-px 1.25";
@@ -24,37 +27,24 @@ Example:
 pub struct Args {
     /// The first frame.
     a: PathBuf,
-    /// The second frame: where does it lie on the first?
+    /// The second frame, to be located on the first.
     b: PathBuf,
-    /// With a scale, metres are reported as well; both frames looking straight down.
+    /// The scale of A; both frames look straight down.
     #[command(flatten)]
     viewpoint: Viewpoint,
 }
 
-/// The answer as JSON spells it.
+/// The answer as a JSON line.
 #[derive(Serialize)]
-struct Line<'a> {
+struct MotionLine<'a> {
     #[serde(flatten)]
     answer: &'a MotionAnswer,
     #[serde(flatten)]
-    metres: Option<Metres>,
+    metres: Option<GroundMotion>,
     elapsed_ms: f64,
 }
 
-/// A displacement on the ground, in the first frame's own axes.
-#[derive(Serialize, Clone, Copy)]
-struct Metres {
-    /// Ground sample distance of the first frame.
-    gsd_m_per_px: f64,
-    /// Towards the first frame's right edge.
-    right_m: f64,
-    /// Towards the first frame's upper edge.
-    ahead_m: f64,
-    /// Between both image centres.
-    distance_m: f64,
-}
-
-/// Runs the command; exit code 3 where the frames cannot be registered.
+/// Runs the command; exit code 3 if the frames cannot be registered.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let view = args.viewpoint.view()?;
     let (a, b) = (read_frame(&args.a)?, read_frame(&args.b)?);
@@ -63,10 +53,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let answer = register(&a, &b, &MotionPrior::default());
     let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
     let metres = match (&answer, gsd_m_per_px) {
-        (MotionAnswer::Motion(m), Some(gsd)) => Some(Metres::of(m, gsd)),
+        (MotionAnswer::Motion(m), Some(gsd)) => Some(GroundMotion::new(m, gsd)),
         _ => None,
     };
-    output.say(&Line { answer: &answer, metres, elapsed_ms }, || text(&answer, metres, elapsed_ms));
+    output.say(&MotionLine { answer: &answer, metres, elapsed_ms }, || text(&answer, metres, elapsed_ms));
     Ok(if matches!(answer, MotionAnswer::Motion(_)) { Exit::Done } else { Exit::NoFix })
 }
 
@@ -77,15 +67,7 @@ fn gsd(view: &View, frame: &Gray) -> Result<f64, Failure> {
         .map_err(|e| Failure::unusable(e.code(), e))
 }
 
-impl Metres {
-    fn of(motion: &Motion, gsd_m_per_px: f64) -> Self {
-        let moved = BodyOffset::from_image_px(motion.displacement_px, gsd_m_per_px);
-        let BodyOffset { right_m, ahead_m } = moved;
-        Self { gsd_m_per_px, right_m, ahead_m, distance_m: moved.length_m() }
-    }
-}
-
-fn text(answer: &MotionAnswer, metres: Option<Metres>, elapsed_ms: f64) -> String {
+fn text(answer: &MotionAnswer, metres: Option<GroundMotion>, elapsed_ms: f64) -> String {
     match answer {
         MotionAnswer::Motion(m) => {
             let [x_px, y_px] = m.displacement_px;
@@ -99,7 +81,7 @@ fn text(answer: &MotionAnswer, metres: Option<Metres>, elapsed_ms: f64) -> Strin
             let (across, along) = (towards(x_px, "right", "left"), towards(y_px, "down", "up"));
             let turn = towards(m.rotation_deg, "clockwise", "counterclockwise");
             format!(
-                "motion     {:.3} px {}, {:.3} px {} (the middle of B, seen from the middle of A)\n\
+                "motion     {:.3} px {}, {:.3} px {} (the centre of B, seen from the centre of A)\n\
                  rotation   {:.3} degrees {}\nscale      {:.5} pixels of A per pixel of B{ground}\n\
                  evidence   {} of {} matches agree\nelapsed    {elapsed_ms:.0} ms",
                 across.0, across.1, along.0, along.1, turn.0, turn.1, m.scale, m.inliers, m.matches,
@@ -109,7 +91,7 @@ fn text(answer: &MotionAnswer, metres: Option<Metres>, elapsed_ms: f64) -> Strin
     }
 }
 
-/// A signed number as its size and where it points.
+/// The magnitude and the direction of a signed number.
 fn towards(value: f64, positive: &'static str, negative: &'static str) -> (f64, &'static str) {
     (value.abs(), if value < 0.0 { negative } else { positive })
 }

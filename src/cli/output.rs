@@ -1,13 +1,12 @@
-//! Where a command prints: results on standard output, progress and errors on standard error.
+//! `Output`: results on standard output, progress and errors on standard error.
 
-use super::Failure;
-use super::remedy::remedy;
+use crate::cli::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
-/// The two streams and how the user wants them.
+/// The two streams, and the format that the user wants.
 pub struct Output {
     json: bool,
     quiet: bool,
@@ -24,14 +23,17 @@ impl Output {
         self.json
     }
 
-    /// Prints one JSON line where JSON is wanted, else the text.
+    /// Prints one JSON line if JSON is wanted, else the text.
     pub fn say(&self, value: &impl Serialize, text: impl FnOnce() -> String) {
         let line = if self.json { serde_json::to_string(value).expect("results serialise") } else { text() };
-        // A closed pipe is the reader's choice, not a failure.
+        // A closed pipe is not a failure: the reader wants no more.
         let _ = writeln!(std::io::stdout(), "{line}");
     }
 
-    /// Writes a file and says so on standard error.
+    /// Writes a file and reports that on standard error.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         std::fs::write(path, bytes)
             .map_err(|e| Failure::failed("unwritable", anyhow::anyhow!("cannot write {}: {e}", path.display())))?;
@@ -39,15 +41,15 @@ impl Output {
         Ok(())
     }
 
-    /// A note on standard error.
+    /// Prints a note on standard error.
     pub fn note(&self, text: &str) {
         let _ = writeln!(std::io::stderr(), "{text}");
     }
 
-    /// Prints a failure: on standard error for people, and as a JSON line on standard output where JSON is wanted.
+    /// Prints a failure on standard error, and as a JSON line on standard output if JSON is wanted.
     pub fn failure(&self, failure: &Failure) {
         let mut message = message(&failure.error);
-        if let Some(remedy) = remedy(&failure.error) {
+        if let Some(remedy) = &failure.remedy {
             message = format!("{message}; {remedy}");
         }
         self.note(&format!("error[{}]: {message}", failure.code));
@@ -57,7 +59,7 @@ impl Output {
         }
     }
 
-    /// Does work that tells what of how much is done, with a progress bar for it.
+    /// Runs work that reports its progress (done, total), and shows a progress bar meanwhile.
     pub fn during<T>(&self, unit: &str, work: impl FnOnce(&(dyn Fn(u64, u64) + Sync)) -> T) -> T {
         let bar = self.progress(0, unit);
         let outcome = work(&|done, total| {
@@ -68,7 +70,7 @@ impl Output {
         outcome
     }
 
-    /// A progress bar on standard error; hidden unless that is a terminal and the user wants it.
+    /// A progress bar on standard error; hidden if that is not a terminal or the user wants none.
     pub fn progress(&self, total: u64, unit: &str) -> ProgressBar {
         let bar = ProgressBar::new(total);
         if self.quiet || !std::io::stderr().is_terminal() {
@@ -80,7 +82,7 @@ impl Output {
     }
 }
 
-/// An error and its causes, each said once: many name their cause in their own text.
+/// An error and its causes, each once: many errors repeat their cause in their own text.
 fn message(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |mut text, cause| {
         let cause = cause.to_string();
@@ -97,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn says_every_cause_once() {
+    fn prints_every_cause_once() {
         let inner = anyhow::anyhow!("the disk is gone");
         assert_eq!(message(&inner.context("a.gpkg: the disk is gone")), "a.gpkg: the disk is gone");
         let inner = anyhow::anyhow!("the disk is gone");

@@ -1,44 +1,14 @@
-//! Spells the remedies of the libraries as commands.
+//! Spells the remedies of the store and of the search as commands and flags.
 
 use overfly_flight::locate::LocateError;
-use overfly_flight::locate::candidates::CandidatesError;
-use overfly_store::package::PackageError;
-use overfly_store::{StoreError, StoreRemedy};
+use overfly_store::StoreRemedy;
 
-/// Returns what helps against an error, if anything is known to.
-pub fn remedy(error: &anyhow::Error) -> Option<String> {
-    let from_store = error.chain().find_map(store_remedy).map(|remedy| spell(remedy).to_owned());
-    from_store.or_else(|| error.chain().find_map(super::ingest_remedy::remedy))
-}
-
-/// The remedy of an error of the store, which other errors may hold.
-fn store_remedy(error: &(dyn std::error::Error + 'static)) -> Option<StoreRemedy> {
-    if let Some(error) = error.downcast_ref::<PackageError>() {
-        return error.remedy();
+/// What helps against an error of `locate`, if anything is known to.
+pub fn locate_remedy(error: &LocateError) -> Option<&'static str> {
+    match error {
+        LocateError::Store(error) => error.remedy().map(spell),
+        _ => None,
     }
-    store_error(error).and_then(StoreError::remedy)
-}
-
-fn store_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a StoreError> {
-    if let Some(CandidatesError::Store(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    if let Some(LocateError::Store(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    #[cfg(feature = "preflight")]
-    if let Some(overfly_ingest::build::BuildError::Store(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    #[cfg(feature = "preflight")]
-    if let Some(overfly_ingest::build::MergeError::Store(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    #[cfg(feature = "lab")]
-    if let Some(overfly_lab::trial::TrialError::Store(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    error.downcast_ref()
 }
 
 /// Spells a remedy of the store.

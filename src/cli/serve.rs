@@ -2,9 +2,11 @@
 
 mod allocator;
 
-use super::verify::today;
-use super::{Exit, Failure, Output};
-use crate::server::{Environment, Limits, Listen, Service, ServiceState, Supervisor, serve};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::today::today;
+use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
 use anyhow::Context;
 use overfly_store::Reader;
 use overfly_store::package::{PublicKey, StalePolicy, open_onboard};
@@ -12,18 +14,18 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 const HELP: &str = "\
-GET / is a map page, GET /openapi.json describes every route. Stops on ctrl-c or SIGTERM. OVERFLY_LOG sets what is
-logged on standard error (error, warn, info, debug; info by default).
+GET / is a map page; GET /openapi.json describes every route. The service stops on ctrl-c or SIGTERM. OVERFLY_LOG sets the log
+level on standard error (error, warn, info, debug; info by default).
 
 Examples:
   overfly serve --db map.gpkg
   overfly serve --db map.gpkg --onboard --listen unix:/run/overfly.sock
   overfly serve --db flight.gpkg --onboard --require-signature ground.key.pub --stale-after-days 730=warn
 
-Onboard, an exported store's seal, manifest and signature and every footprint are proved before the service starts, a store past
-its last day is refused, and each tile's hash is proved when it is read: a damaged one is neither served nor matched, and
-/healthz says so. Age is judged at the start alone: nothing is taken away in flight. systemd is told of readiness, life and
-the end (Type=notify, WatchdogSec); docs/onboard.md has a unit.";
+With --onboard, the seal, manifest and signature of an exported store and all its footprints are verified before the service starts,
+and a store past its last day is refused. Each tile's hash is verified when the tile is read; a damaged tile is neither served nor
+matched, and /healthz reports it. The age of the imagery is checked only at the start, so nothing disappears in flight. The service
+notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -32,29 +34,34 @@ pub struct Args {
     /// The store.
     #[arg(long, value_name = "FILE")]
     db: PathBuf,
-    /// HOST:PORT (port 0: a free one) or unix:/path/to/socket.
+    /// HOST:PORT (port 0 takes a free one) or unix:/path/to/socket.
     #[arg(long, default_value = "127.0.0.1:8787", value_name = "ADDRESS")]
     listen: String,
-    /// As on the aircraft: the store is opened immutable and read-only, no route writes.
+    /// Serve as on the aircraft: the store is opened immutable and read-only, and no route writes.
     #[arg(long)]
     onboard: bool,
-    /// Serve only a store that is signed by this public key (see `overfly keygen`, `overfly export --sign`).
+    /// Serve the store only if this public key verifies its signature (see `overfly keygen`, `overfly export --sign`).
     #[arg(long, value_name = "PUB", requires = "onboard")]
     require_signature: Option<PathBuf>,
-    /// What to do with a layer whose oldest imagery is older than so many days: `730=warn`, `730=refuse`, or of one layer
-    /// `y2012:3650=refuse`. May be given again. Unknown dates are older than any.
+    /// What to do if the oldest imagery of a layer is older than DAYS: `730=warn` or `730=refuse`; for one layer,
+    /// `y2012:3650=refuse`. May be repeated. Imagery without a date counts as oldest.
     #[arg(long, value_name = "[LAYER:]DAYS=ACTION", requires = "onboard")]
     stale_after_days: Vec<StalePolicy>,
-    /// Memory, as 128MB or 1GB; a plain number is megabytes. On the ground for indexes, 256MB by default. Onboard for all that
-    /// the service holds besides itself (some 40 MB), 512MB by default: frames are taken up to about a 23rd of it in pixels.
-    #[arg(long, value_name = "SIZE", value_parser = super::number::memory_bytes)]
+    /// Memory limit, such as 128MB or 1GB; a plain number is megabytes. On the ground it limits the indexes (256MB by default).
+    /// Onboard it limits all that the service holds besides the program itself (512MB by default; the program takes about 40 MB);
+    /// the largest frame has about SIZE / 23 pixels.
+    #[arg(long, value_name = "SIZE", value_parser = crate::cli::number::memory_bytes)]
     memory: Option<u64>,
 }
 
 /// Serves until SIGTERM or ctrl-c.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if !args.onboard && !cfg!(feature = "preflight") {
+        let reason = "this program is built without the feature `preflight`: it serves only with --onboard";
+        return Err(Failure::unusable("built_without_preflight", anyhow::anyhow!(reason)));
+    }
     if args.onboard {
-        allocator::spare();
+        allocator::limit_heaps();
     }
     let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose()?;
@@ -82,14 +89,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
                 format!("listening on {at}")
             });
         };
-        serve(&listen, state, supervisor(), started, stop).await.map_err(|e| Failure::failed(e.code(), e))
+        serve(&listen, state, Supervisor::from_environment(), started, stop)
+            .await
+            .map_err(|e| Failure::failed(e.code(), e))
     });
-    // A registration still at work would hold the exit; its answer has nobody to go to.
+    // A registration that still runs would delay the exit, and nobody waits for its answer.
     runtime.shutdown_background();
     outcome.map(|()| Exit::Done)
 }
 
-/// Onboard the whole service keeps within what is allowed, on the ground its indexes do.
+/// The limits that --memory sets: onboard for the whole service, on the ground for its indexes.
 fn limits(args: &Args) -> Limits {
     match args.memory {
         bytes if args.onboard => Limits::within(bytes.unwrap_or(512_000_000)),
@@ -97,31 +106,20 @@ fn limits(args: &Args) -> Limits {
     }
 }
 
-/// Who started the service, as systemd states it.
-fn supervisor() -> Supervisor {
-    let text = |name| std::env::var(name).ok();
-    let environment = Environment {
-        notify_socket: std::env::var_os("NOTIFY_SOCKET"),
-        watchdog_usec: text("WATCHDOG_USEC"),
-        watchdog_pid: text("WATCHDOG_PID"),
-    };
-    Supervisor::of(&environment, std::process::id())
-}
-
-/// A panic is a line of the log, with its place; what it broke off answers 500.
+/// Logs every panic with its place in the source. The request that panicked answers 500.
 fn log_panics() {
     std::panic::set_hook(Box::new(|panic| tracing::error!("a panic: {panic}")));
 }
 
 fn log() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("OVERFLY_LOG").unwrap_or_else(|_| "info".into());
-    // A second subscriber is refused, which only tests in one process can notice.
+    // Fails only if a subscriber exists already, as in tests that share a process.
     let colours = std::io::stderr().is_terminal();
     let _ =
         tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours).with_writer(std::io::stderr).try_init();
 }
 
-/// Ready once the process is told to stop; the handlers stand when this returns.
+/// A future that is ready once the process is told to stop. The signal handlers are installed when this function returns.
 fn stop_signal() -> std::io::Result<impl Future<Output = ()> + Send + 'static> {
     use tokio::signal::unix::{SignalKind, signal};
     let mut terminate = signal(SignalKind::terminate())?;

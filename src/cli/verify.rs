@@ -1,17 +1,20 @@
-//! `overfly verify`: every hash, the digests, the signature, the SQLite and GeoPackage rules.
+//! `overfly verify`: checks every hash, the digests, the signature, and the rules of SQLite and GeoPackage.
 
-use super::remedy::spell;
-use super::{Exit, Failure, Output};
-use overfly_store::package::{Date, PackageVerification, PublicKey, VerifyOptions, utc_day, verify_package};
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use crate::cli::remedy::spell;
+use crate::cli::today::today;
+use overfly_store::package::{PackageVerification, PublicKey, VerifyOptions, verify_package};
 use std::path::PathBuf;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 const HELP: &str = "\
-Of an exported store: the digest of the whole file (so that no byte is outside), its seal, manifest and signature, its last day,
-and every footprint. Where the file's digest is wrong, or with --every-tile, and of any other store: every tile by itself, the
-indexes, and the rules of SQLite and GeoPackage; the first wrong tile is named first, and all others after it.
+For an exported store, checks the digest of the whole file (every byte counts), the seal, manifest and signature, the last day, and
+every footprint. If the file's digest is wrong, with --every-tile, and for a store that is not exported, also checks every tile by
+itself, the indexes, and the rules of SQLite and GeoPackage; then all damaged tiles are listed.
 
-Exit codes: 0 good, 2 no store at all, 3 not good.
+Exit codes: 0 good, 2 not a store, 3 damaged or not verified.
 
 Examples:
   overfly verify map.gpkg
@@ -24,19 +27,12 @@ pub struct Args {
     /// The store.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The public key of who must have signed it (see `overfly keygen`).
+    /// The public key that must verify the signature (see `overfly keygen`).
     #[arg(long, value_name = "PUB")]
     key: Option<PathBuf>,
-    /// Read every tile by itself even where the whole file's digest is right.
+    /// Check every tile by itself even if the digest of the whole file is right.
     #[arg(long)]
     every_tile: bool,
-}
-
-/// This day by the system's clock, UTC.
-pub fn today() -> Date {
-    // A clock before 1970 is as wrong as one in 1970.
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    utc_day(i64::try_from(since.as_secs()).unwrap_or(i64::MAX))
 }
 
 /// Runs the command.
@@ -48,7 +44,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let elapsed_s = start.elapsed().as_secs_f64();
     let found = outcome.map_err(|e| {
         let exit = if e.is_unusable_input() { Exit::Unusable } else { Exit::NoFix };
-        Failure { exit, code: e.code(), error: e.into() }
+        let remedy = e.remedy().map(|remedy| spell(remedy).to_owned());
+        Failure { exit, code: e.code(), error: e.into(), remedy }
     })?;
     let mut json = serde_json::to_value(&found).expect("results serialise");
     json["elapsed_s"] = elapsed_s.into();

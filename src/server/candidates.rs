@@ -1,5 +1,6 @@
 //! `GET /v1/candidates`: which tiles to search.
 
+use super::dto::CandidatesJson;
 use super::error::ServerError;
 use super::problem::Problem;
 use super::query::{Query, QueryError};
@@ -7,7 +8,7 @@ use super::state::ServiceState;
 use super::work::Load;
 use axum::Json;
 use axum::extract::{RawQuery, State};
-use overfly_flight::locate::candidates::{CandidateParameters, Candidates};
+use overfly_flight::locate::candidates::CandidateParameters;
 
 /// Every parameter of this path.
 pub(super) const PARAMETERS: &[&str] = &[
@@ -63,17 +64,18 @@ pub(super) const PARAMETERS: &[&str] = &[
         ("gsd_m_per_px" = Option<f64>, Query, description = "Chooses the coarsest level whose pixels are no larger; the base level by default", minimum = 0.0),
     ),
     responses(
-        (status = 200, description = "The tiles that meet the region, best first", body = Candidates),
+        (status = 200, description = "The tiles that meet the region, best first", body = CandidatesJson),
         (status = "4XX", description = "A parameter is unknown, missing, repeated, not finite or out of range", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn get(
     State(state): State<ServiceState>,
     RawQuery(raw): RawQuery,
-) -> Result<Json<Candidates>, ServerError> {
+) -> Result<Json<CandidatesJson>, ServerError> {
     let query = parameters(&Query::read(raw.as_deref(), PARAMETERS)?)?.query()?;
     let (store, residents) = (state.store.clone(), state.residents.clone());
-    Ok(Json(state.work.run(Load::Question, move || residents.candidates(&store, &query)).await??))
+    let found = state.work.run(Load::Question, move || residents.candidates(&store, &query)).await??;
+    Ok(Json(found.into()))
 }
 
 fn parameters(query: &Query) -> Result<CandidateParameters, QueryError> {

@@ -1,17 +1,19 @@
 //! What the store holds: `GET /v1/store`, `/v1/layers`, `/v1/coverage`.
 
+use super::dto::{CoverageJson, LayerJson};
 use super::error::ServerError;
 use super::health::Health;
+use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::query::{NoQuery, Query};
-use super::state::{Service, ServiceState};
+use super::query::Query;
+use super::service::Service;
+use super::state::ServiceState;
 use super::work::Load;
 use axum::Json;
 use axum::extract::{RawQuery, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
-use overfly_flight::locate::coverage::{Coverage, coverage};
-use overfly_store::Layer;
+use overfly_flight::locate::coverage::coverage;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -29,7 +31,7 @@ pub(super) struct StoreReply {
     /// Size of the file.
     bytes: u64,
     /// Its layers, by name.
-    layers: Vec<Layer>,
+    layers: Vec<LayerJson>,
     /// What was found wrong with it since the service was started, and what the service warns of.
     health: Health,
     /// Where this service runs.
@@ -48,7 +50,7 @@ pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json
         format_version: store.format_version(),
         tiles: store.layers().iter().filter(|l| l.complete).map(|l| l.tiles).sum(),
         bytes: store.bytes(),
-        layers: store.layers().to_vec(),
+        layers: store.layers().iter().map(LayerJson::from).collect(),
         health: Health::of(&state),
         service: state.service,
         program_version: env!("CARGO_PKG_VERSION"),
@@ -56,9 +58,9 @@ pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json
 }
 
 /// The layers, by name.
-#[utoipa::path(get, path = "/v1/layers", tag = "store", responses((status = 200, description = "The layers", body = Vec<Layer>)))]
-pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Json<Vec<Layer>> {
-    Json(state.store.layers().to_vec())
+#[utoipa::path(get, path = "/v1/layers", tag = "store", responses((status = 200, description = "The layers", body = Vec<LayerJson>)))]
+pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Json<Vec<LayerJson>> {
+    Json(state.store.layers().iter().map(LayerJson::from).collect())
 }
 
 /// Where each layer has imagery, as GeoJSON: a feature a layer, its tiles joined to rectangles.
@@ -66,7 +68,7 @@ pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Jso
     get, path = "/v1/coverage", operation_id = "coverage", tag = "store",
     params(("layer" = Option<String>, Query, description = "Only this layer")),
     responses(
-        (status = 200, description = "A feature collection", body = Coverage, content_type = "application/geo+json"),
+        (status = 200, description = "A feature collection", body = CoverageJson, content_type = "application/geo+json"),
         (status = "4XX", description = "No such layer, or the query is at fault", body = Problem, content_type = "application/problem+json"),
     )
 )]
@@ -77,5 +79,5 @@ pub(super) async fn coverage_get(
     let layer = Query::read(raw.as_deref(), &["layer"])?.text("layer")?;
     let store = state.store.clone();
     let collection = state.work.run(Load::Question, move || coverage(&store, layer.as_deref())).await??;
-    Ok(([(CONTENT_TYPE, "application/geo+json")], Json(collection)))
+    Ok(([(CONTENT_TYPE, "application/geo+json")], Json(CoverageJson::from(collection))))
 }

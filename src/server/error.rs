@@ -1,8 +1,7 @@
 //! `ServerError`: every way in which a request can fail, and the one place where failures become status codes.
 
-use super::export_jobs::Refusal;
-use super::form::FormError;
-use super::problem::without_path;
+use super::export_failure::ExportFailure;
+use super::form_error::FormError;
 use super::query::QueryError;
 use axum::http::StatusCode;
 use overfly_core::camera::CameraError;
@@ -52,7 +51,7 @@ pub(super) enum ServerError {
     #[error("there is no such export; begin one with POST /v1/exports")]
     NoExport,
     #[error("{}", .0.detail)]
-    Export(Refusal),
+    Export(ExportFailure),
     #[error("no answer within {limit_s} s: ask for less, or try again when fewer ask")]
     TimeLimit { limit_s: f64 },
     #[error("the service failed in a way it should not; its log says where")]
@@ -93,25 +92,13 @@ impl ServerError {
                 StatusCode::BAD_REQUEST
             }
             Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
-            Self::Export(refusal) => refusal.status,
+            Self::Export(failure) => failure.status,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
             Self::Busy | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
                 StatusCode::SERVICE_UNAVAILABLE
             }
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
         }
-    }
-
-    /// A failure as the reason why the service is not ready; logged here in full.
-    pub(super) fn not_ready(self) -> Self {
-        tracing::warn!(code = self.code(), "not ready: {self}");
-        let reason = match &self {
-            // SQLite's own words hold the path, which is no caller's business.
-            Self::Store(StoreError::Denied { .. }) => "no permission to read the store's file".to_owned(),
-            Self::Store(error) => without_path(error),
-            other => other.to_string(),
-        };
-        Self::NotReady { code: self.code(), reason }
     }
 
     /// The stable code word.
@@ -133,7 +120,7 @@ impl ServerError {
             Self::Method => "method_not_allowed",
             Self::Busy | Self::Exporting => "busy",
             Self::NoExport => "no_such_export",
-            Self::Export(refusal) => refusal.code,
+            Self::Export(failure) => failure.code,
             Self::NotReady { code, .. } => code,
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",

@@ -1,16 +1,18 @@
 //! `ExportJobs`: exports under way and those that are kept, each a file of a folder that goes with the service.
 
+use super::dto::{ExportParameters, ExportProgress};
 use super::error::ServerError;
-use super::exports::{ExportParameters, ExportProgress};
+use super::export_failure::ExportFailure;
 use axum::http::StatusCode;
 use overfly_ingest::Remedy;
 use overfly_ingest::export::ExportError;
 use overfly_ingest::export::{ExportRequest, Exported, export};
 use overfly_store::{Reader, StoreError};
+use parking_lot::Mutex;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use tempfile::TempDir;
 
 /// Files kept; the one that was begun longest ago goes first.
@@ -25,7 +27,7 @@ pub(super) struct ExportJobs {
 
 /// What became of an export.
 #[derive(Debug)]
-pub(super) enum Found {
+pub(super) enum ExportJob {
     UnderWay(ExportProgress),
     Done { path: PathBuf, file_digest: String },
 }
@@ -36,15 +38,7 @@ struct Job {
     path: PathBuf,
     done: AtomicU64,
     total: AtomicU64,
-    outcome: OnceLock<Result<Exported, Refusal>>,
-}
-
-/// Why an export failed, as it is told to whoever asks.
-#[derive(Debug, Clone)]
-pub(super) struct Refusal {
-    pub status: StatusCode,
-    pub code: &'static str,
-    pub detail: String,
+    outcome: OnceLock<Result<Exported, ExportFailure>>,
 }
 
 impl ExportJobs {
@@ -67,8 +61,8 @@ impl ExportJobs {
         parameters: &ExportParameters,
         request: ExportRequest,
     ) -> Result<ExportProgress, ServerError> {
-        let id = id_of(store.digest(), parameters);
-        let mut jobs = self.lock();
+        let id = export_id(store.digest(), parameters);
+        let mut jobs = self.jobs.lock();
         jobs.retain(|job| job.id != id || !job.is_lost());
         if let Some(job) = jobs.iter().find(|job| job.id == id) {
             return Ok(job.progress());
@@ -95,19 +89,17 @@ impl ExportJobs {
     ///
     /// # Errors
     /// [`ServerError::NoExport`], or why it failed.
-    pub(super) fn find(&self, id: &str) -> Result<Found, ServerError> {
-        let mut jobs = self.lock();
+    pub(super) fn find(&self, id: &str) -> Result<ExportJob, ServerError> {
+        let mut jobs = self.jobs.lock();
         jobs.retain(|job| !matches!(job.outcome.get(), Some(Ok(_))) || job.path.exists());
         let job = jobs.iter().find(|job| job.id == id).ok_or(ServerError::NoExport)?;
         match job.outcome.get() {
-            None => Ok(Found::UnderWay(job.progress())),
-            Some(Ok(exported)) => Ok(Found::Done { path: job.path.clone(), file_digest: exported.file_digest.clone() }),
+            None => Ok(ExportJob::UnderWay(job.progress())),
+            Some(Ok(exported)) => {
+                Ok(ExportJob::Done { path: job.path.clone(), file_digest: exported.file_digest.clone() })
+            }
             Some(Err(refusal)) => Err(ServerError::Export(refusal.clone())),
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<Arc<Job>>> {
-        self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -119,8 +111,8 @@ impl Job {
         };
         // A job that never ends would hold the place for ever.
         let outcome = catch_unwind(AssertUnwindSafe(|| export(store, request, &self.path, &progress)))
-            .map(|outcome| outcome.map_err(|error| Refusal::of(&error, [store.path(), &self.path])))
-            .unwrap_or_else(|_| Err(Refusal::panicked()));
+            .map(|outcome| outcome.map_err(|error| export_failure(&error, [store.path(), &self.path])))
+            .unwrap_or_else(|_| Err(panicked()));
         // Nobody else sets it.
         let _ = self.outcome.set(outcome);
     }
@@ -140,26 +132,21 @@ impl Job {
     }
 }
 
-impl Refusal {
-    fn panicked() -> Self {
-        let error = ServerError::Panicked;
-        Self { status: error.status(), code: error.code(), detail: error.to_string() }
-    }
+fn panicked() -> ExportFailure {
+    let error = ServerError::Panicked;
+    ExportFailure { status: error.status(), code: error.code(), detail: error.to_string() }
+}
 
-    /// In words without the server's own paths, which are no caller's business.
-    fn of(error: &ExportError, paths: [&Path; 2]) -> Self {
-        let text = with_remedy(error);
-        let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));
-        let status = if error.is_unusable_input() {
-            StatusCode::UNPROCESSABLE_ENTITY
-        } else {
-            StatusCode::INTERNAL_SERVER_ERROR
-        };
-        if status == StatusCode::INTERNAL_SERVER_ERROR {
-            tracing::error!(code = error.code(), "export: {text}");
-        }
-        Self { status, code: error.code(), detail: named.unwrap_or(&text).to_owned() }
+/// The failure without the server's own paths.
+fn export_failure(error: &ExportError, paths: [&Path; 2]) -> ExportFailure {
+    let text = with_remedy(error);
+    let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));
+    let status =
+        if error.is_unusable_input() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::INTERNAL_SERVER_ERROR };
+    if status == StatusCode::INTERNAL_SERVER_ERROR {
+        tracing::error!(code = error.code(), "export: {text}");
     }
+    ExportFailure { status, code: error.code(), detail: named.unwrap_or(&text).to_owned() }
 }
 
 /// The error's message with its remedy, as a caller of the service can follow it.
@@ -172,8 +159,8 @@ fn with_remedy(error: &ExportError) -> String {
     format!("{error}; {remedy}")
 }
 
-/// The same for the same request of the same store.
-fn id_of(digest: &str, parameters: &ExportParameters) -> String {
+/// The name of an export: equal for equal requests of the same store.
+fn export_id(digest: &str, parameters: &ExportParameters) -> String {
     let text = serde_json::to_string(&(digest, parameters)).expect("parameters serialise");
     blake3::hash(text.as_bytes()).to_hex().to_string()
 }

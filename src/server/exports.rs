@@ -1,84 +1,47 @@
 //! `POST /v1/exports`, `GET /v1/exports/{id}`: what one flight needs, for the aircraft's storage. On the ground only.
 
+use super::dto::{ExportParameters, ExportProgress};
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
-use super::export_jobs::{ExportJobs, Found};
-use super::form::FormError;
+use super::export_jobs::{ExportJob, ExportJobs};
+use super::form_error::FormError;
+use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::query::NoQuery;
-use super::range::Asked;
+use super::range::RequestedRange;
+use super::service::Service;
 use super::state::ServiceState;
-use axum::Json;
 use axum::extract::rejection::{JsonRejection, PathRejection};
 use axum::extract::{Path, Request, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use overfly_ingest::export::ExportRequest;
 use overfly_ingest::plan::parse_routes;
 use overfly_store::package::parse_date;
-use serde::{Deserialize, Serialize};
 use std::path::Path as FilePath;
+use std::sync::Arc;
 use tower_http::services::ServeFile;
-use utoipa::ToSchema;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
 
 /// The media type of GeoPackages (IANA).
 const GEOPACKAGE: &str = "application/geopackage+sqlite3";
 
-/// What shall be exported: as `overfly export` takes it.
-#[derive(Debug, Clone, Deserialize, Serialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ExportParameters {
-    /// GeoJSON with LineStrings, longitude first: the planned route, then its alternates.
-    #[schema(value_type = Object)]
-    pub route: serde_json::Value,
-    /// W: the corridor on each side of the route, metres.
-    #[schema(example = 1500.0)]
-    pub corridor_m: f64,
-    /// Layers to take; all where none is named.
-    #[serde(default)]
-    pub layers: Vec<String>,
-    /// Most bytes of the file.
-    pub max_bytes: Option<u64>,
-    /// The JPEG quality, 1 to 100, to encode imagery with anew.
-    #[schema(minimum = 1, maximum = 100)]
-    pub jpeg_quality: Option<u8>,
-    /// The last day on which it may be flown, YYYY-MM-DD.
-    pub valid_until: Option<String>,
-}
+/// The exports of this service; `None` if no temporary folder could be made for them.
+type Jobs = Extension<Option<Arc<ExportJobs>>>;
 
-impl ExportParameters {
-    fn request(&self) -> Result<ExportRequest, ServerError> {
-        let wrong = |name, reason: String| ServerError::Parameter { name, reason };
-        let routes = parse_routes(&self.route.to_string()).map_err(|reason| wrong("route", reason))?;
-        if !(self.corridor_m.is_finite() && self.corridor_m > 0.0) {
-            return Err(wrong("corridor_m", "expected metres, more than 0".into()));
+/// The routes: none onboard. On the ground the exports get a temporary folder; if none can be made, the routes answer 404 and the
+/// log says why.
+pub(super) fn routes(service: Service) -> OpenApiRouter<ServiceState> {
+    match service {
+        Service::Onboard => OpenApiRouter::new(),
+        Service::Preflight => {
+            let jobs = ExportJobs::new()
+                .inspect_err(|e| tracing::warn!("no exports over HTTP: no temporary folder can be made: {e}"));
+            OpenApiRouter::new().routes(routes!(post)).routes(routes!(get)).layer(Extension(jobs.ok().map(Arc::new)))
         }
-        if self.jpeg_quality.is_some_and(|q| !(1..=100).contains(&q)) {
-            return Err(wrong("jpeg_quality", "expected 1 to 100".into()));
-        }
-        let valid_until = self.valid_until.as_deref().map(parse_date).transpose();
-        Ok(ExportRequest {
-            layers: self.layers.clone(),
-            max_bytes: self.max_bytes,
-            jpeg_quality: self.jpeg_quality,
-            valid_until: valid_until.map_err(|reason| wrong("valid_until", reason))?,
-            ..ExportRequest::along(routes, self.corridor_m)
-        })
     }
-}
-
-/// How far an export is.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct ExportProgress {
-    /// Its name: of the store's digest and the request, so that asking for the same again is answered by the same file.
-    pub id: String,
-    /// Whether the file is there to be fetched.
-    pub done: bool,
-    /// Tiles written.
-    pub tiles_done: u64,
-    /// Tiles to write; 0 while they are being chosen.
-    pub tiles: u64,
 }
 
 /// Begins an export. It is not signed: `overfly export --sign` does that, where the key is.
@@ -93,6 +56,7 @@ pub struct ExportProgress {
 )]
 pub(super) async fn post(
     State(state): State<ServiceState>,
+    jobs: Jobs,
     _: NoQuery,
     body: Result<Json<ExportParameters>, JsonRejection>,
 ) -> Result<Response, ServerError> {
@@ -101,11 +65,11 @@ pub(super) async fn post(
         StatusCode::PAYLOAD_TOO_LARGE => FormError::TooLarge { limit_bytes },
         _ => FormError::NotJson { name: "body", reason: e.body_text() },
     })?;
-    let request = parameters.request()?;
+    let request = request(&parameters)?;
     for name in &parameters.layers {
         state.store.layer(name)?;
     }
-    let progress = jobs(&state)?.begin(&state.store, &parameters, request)?;
+    let progress = available(jobs)?.begin(&state.store, &parameters, request)?;
     let status = if progress.done { StatusCode::OK } else { StatusCode::ACCEPTED };
     let location = format!("/v1/exports/{}", progress.id);
     Ok((status, [(LOCATION, location)], Json(progress)).into_response())
@@ -127,20 +91,20 @@ pub(super) async fn post(
     )
 )]
 pub(super) async fn get(
-    State(state): State<ServiceState>,
+    jobs: Jobs,
     id: Result<Path<String>, PathRejection>,
     _: NoQuery,
     request: Request,
 ) -> Result<Response, ServerError> {
     let Path(id) = id.map_err(|e| ServerError::Path(e.body_text()))?;
-    match jobs(&state)?.find(&id)? {
-        Found::UnderWay(progress) => Ok((StatusCode::ACCEPTED, Json(progress)).into_response()),
-        Found::Done { path, file_digest } => file(&path, &id, &file_digest, request).await,
+    match available(jobs)?.find(&id)? {
+        ExportJob::UnderWay(progress) => Ok((StatusCode::ACCEPTED, Json(progress)).into_response()),
+        ExportJob::Done { path, file_digest } => file(&path, &id, &file_digest, request).await,
     }
 }
 
-fn jobs(state: &ServiceState) -> Result<&ExportJobs, ServerError> {
-    state.exports.as_deref().ok_or(ServerError::NoRoute)
+fn available(jobs: Jobs) -> Result<Arc<ExportJobs>, ServerError> {
+    jobs.0.ok_or(ServerError::NoRoute)
 }
 
 async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request) -> Result<Response, ServerError> {
@@ -154,13 +118,13 @@ async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request
     // What was begun of another file is not gone on with (RFC 9110, 13.1.5).
     let same = headers.get(IF_RANGE).is_none_or(|begun| *begun == tag.as_str());
     let range = headers.get(RANGE).filter(|_| same).and_then(|range| range.to_str().ok());
-    let asked = Asked::of(range, len);
+    let asked = RequestedRange::parse(range, len);
     // What is asked is decided here; the rest of the headers shall not decide it otherwise.
     headers.clear();
     match asked {
-        Asked::Beyond => return Ok(beyond(len)),
-        Asked::Whole => {}
-        Asked::Part(first, last) => {
+        RequestedRange::Beyond => return Ok(beyond(len)),
+        RequestedRange::Whole => {}
+        RequestedRange::Part(first, last) => {
             headers.insert(RANGE, HeaderValue::from_str(&format!("bytes={first}-{last}")).expect("digits"));
         }
     }
@@ -181,4 +145,23 @@ fn beyond(len: u64) -> Response {
     let mut response = problem.into_response();
     response.headers_mut().insert(CONTENT_RANGE, place);
     response
+}
+
+fn request(parameters: &ExportParameters) -> Result<ExportRequest, ServerError> {
+    let wrong = |name, reason: String| ServerError::Parameter { name, reason };
+    let routes = parse_routes(&parameters.route.to_string()).map_err(|reason| wrong("route", reason))?;
+    if !(parameters.corridor_m.is_finite() && parameters.corridor_m > 0.0) {
+        return Err(wrong("corridor_m", "expected metres, more than 0".into()));
+    }
+    if parameters.jpeg_quality.is_some_and(|q| !(1..=100).contains(&q)) {
+        return Err(wrong("jpeg_quality", "expected 1 to 100".into()));
+    }
+    let valid_until = parameters.valid_until.as_deref().map(parse_date).transpose();
+    Ok(ExportRequest {
+        layers: parameters.layers.clone(),
+        max_bytes: parameters.max_bytes,
+        jpeg_quality: parameters.jpeg_quality,
+        valid_until: valid_until.map_err(|reason| wrong("valid_until", reason))?,
+        ..ExportRequest::along(routes, parameters.corridor_m)
+    })
 }

@@ -1,5 +1,6 @@
 //! `FixParameters`: the `request` part of a fix, named as the command line's flags are.
 
+use super::dto::IntrinsicsJson;
 use super::error::ServerError;
 use overfly_core::camera::{Intrinsics, View};
 use overfly_core::geodesy::{Geodetic, MAX_LATITUDE_DEG};
@@ -11,7 +12,7 @@ use utoipa::ToSchema;
 /// searched, without a heading the full turn.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct FixParameters {
+pub(super) struct FixParameters {
     /// Most likely nadir, degrees north.
     #[schema(minimum = -85.051128, maximum = 85.051128, example = 47.66)]
     pub latitude_deg: Option<f64>,
@@ -38,7 +39,7 @@ pub struct FixParameters {
     /// Height above ground, metres; needs `camera`.
     pub height_m: Option<f64>,
     /// The camera.
-    pub camera: Option<Intrinsics>,
+    pub camera: Option<IntrinsicsJson>,
     /// Pitch off nadir, degrees, positive ahead; needs `camera`; 0 by default.
     pub pitch_deg: Option<f64>,
     /// Roll off nadir, degrees, positive to the left; needs `camera`; 0 by default.
@@ -150,7 +151,7 @@ impl FixParameters {
 pub(super) fn stated_view(
     gsd_m_per_px: Option<f64>,
     height_m: Option<f64>,
-    camera: Option<&Intrinsics>,
+    camera: Option<&IntrinsicsJson>,
 ) -> Result<Option<View>, ServerError> {
     match (gsd_m_per_px, height_m, camera) {
         (None, None, None) => Ok(None),
@@ -160,8 +161,9 @@ pub(super) fn stated_view(
             if !(height_agl_m > 0.0 && height_agl_m <= 100_000.0) {
                 return refuse("height_m", "must be metres in (0, 100000]");
             }
-            camera.check().map_err(LocateError::from)?;
-            Ok(Some(View::Posed { intrinsics: camera.clone(), height_agl_m, pitch_rad: 0.0, roll_rad: 0.0 }))
+            let intrinsics = Intrinsics::from(camera);
+            intrinsics.check().map_err(LocateError::from)?;
+            Ok(Some(View::Posed { intrinsics, height_agl_m, pitch_rad: 0.0, roll_rad: 0.0 }))
         }
         (None, Some(_), None) => refuse("camera", "is missing beside height_m"),
         (None, None, Some(_)) => refuse("height_m", "is missing beside camera"),

@@ -1,10 +1,11 @@
 //! `POST /v1/fixes`: one absolute registration.
 
+use super::dto::AnswerJson;
 use super::error::ServerError;
 use super::fix_parameters::FixParameters;
 use super::form::Form;
+use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::query::NoQuery;
 use super::state::ServiceState;
 use super::work::Load;
 use axum::Json;
@@ -31,7 +32,7 @@ pub(super) struct FixForm {
     post, path = "/v1/fixes", operation_id = "fix", tag = "registration",
     request_body(content = FixForm, content_type = "multipart/form-data"),
     responses(
-        (status = 200, description = "A fix, or no fix and why", body = Answer),
+        (status = 200, description = "A fix, or no fix and why", body = AnswerJson),
         (status = "4XX", description = "The request is at fault", body = Problem, content_type = "application/problem+json"),
         (status = "5XX", description = "The service is at fault or busy", body = Problem, content_type = "application/problem+json"),
     )
@@ -41,7 +42,7 @@ pub(super) async fn post(
     _: NoQuery,
     headers: HeaderMap,
     multipart: Result<Multipart, MultipartRejection>,
-) -> Result<Json<Answer>, ServerError> {
+) -> Result<Json<AnswerJson>, ServerError> {
     let mut form = Form::read(&state, &headers, multipart, &["image", "request"]).await?;
     let parameters: FixParameters = form.json("request")?;
     let bytes = form.take("image")?;
@@ -57,5 +58,5 @@ pub(super) async fn post(
             Ok(locate_while(&state.store, &frame, &request, state.limits.threads, &|| wanted.still())?)
         })
         .await??;
-    Ok(Json(answer))
+    Ok(Json(answer.into()))
 }

@@ -110,7 +110,7 @@ pub async fn serve(
     let stopping = supervisor.clone();
     let stop = async move {
         stop.await;
-        stopping.stopping();
+        stopping.stopping().await;
         tracing::info!("stopping: no new connections, open requests have {} s", GRACE.as_secs());
         let _ = told.send(());
     };
@@ -118,14 +118,14 @@ pub async fn serve(
         Listen::Tcp(address) => {
             let listener = TcpListener::bind(address).await.map_err(bind)?;
             started(&Listen::Tcp(listener.local_addr().map_err(bind)?));
-            supervisor.ready();
+            supervisor.ready().await;
             graceful(answer(listener, app, stop), tell).await;
         }
         Listen::Unix(path) => {
             free(path).await?;
             let listener = UnixListener::bind(path).map_err(bind)?;
             started(listen);
-            supervisor.ready();
+            supervisor.ready().await;
             graceful(answer(listener, app, stop), tell).await;
             // The socket is ours; a failure to remove it is found by whoever binds next.
             let _ = std::fs::remove_file(path);

@@ -10,35 +10,50 @@
 //! head that does not arrive within 15 s, or a connection idle for as long, is closed. A fix that nobody waits for any
 //! more stops at its next piece of work.
 
+//!
+//! Without the feature `preflight` there are no exports: `no_exports` stands in for `exports`.
+
 mod candidates;
 mod catalogue;
 mod connections;
+mod detail;
+mod dto;
 mod entity_tag;
 mod error;
+mod error_response;
+mod export_failure;
+#[cfg(feature = "preflight")]
 mod export_jobs;
+#[cfg(feature = "preflight")]
+mod exports;
+#[cfg(not(feature = "preflight"))]
+#[path = "no_exports.rs"]
 mod exports;
 mod fix_parameters;
 mod fixes;
 mod form;
+mod form_error;
 mod health;
+mod limits;
 mod listen;
 mod metrics;
 mod motions;
+mod no_query;
 mod operations;
 mod page;
 mod problem;
 mod query;
 mod range;
 mod router;
+mod service;
 mod state;
 mod supervisor;
 mod tiles;
 mod work;
 
-pub use fix_parameters::FixParameters;
+pub use limits::Limits;
 pub use listen::{Listen, ListenError, serve};
-pub use motions::{MotionParameters, MotionReply};
-pub use problem::Problem;
 pub use router::router;
-pub use state::{Limits, Service, ServiceState};
-pub use supervisor::{Environment, Supervisor};
+pub use service::Service;
+pub use state::ServiceState;
+pub use supervisor::Supervisor;

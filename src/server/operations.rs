@@ -1,5 +1,6 @@
 //! For those who run the service: `/healthz`, `/readyz`, `/metrics`.
 
+use super::detail::detail;
 use super::error::ServerError;
 use super::health::Health;
 use super::problem::Problem;
@@ -35,8 +36,14 @@ pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<String, 
             Ok(())
         })
         .await?
-        .map_err(ServerError::not_ready)?;
+        .map_err(not_ready)?;
     Ok(Health::of(&state).text("ready"))
+}
+
+/// Why the service is not ready; the log has the error in full.
+fn not_ready(error: ServerError) -> ServerError {
+    tracing::warn!(code = error.code(), "not ready: {error}");
+    ServerError::NotReady { code: error.code(), reason: detail(&error) }
 }
 
 /// A window on the map that costs nothing to look through: one micrometre in the middle of the world.

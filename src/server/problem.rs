@@ -1,6 +1,5 @@
 //! `Problem`: a failure as RFC 9457 spells it.
 
-use super::error::ServerError;
 use axum::Json;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, RETRY_AFTER};
 use axum::http::{HeaderValue, StatusCode};
@@ -59,33 +58,4 @@ impl IntoResponse for Problem {
         }
         response
     }
-}
-
-impl IntoResponse for ServerError {
-    fn into_response(self) -> Response {
-        let status = self.status();
-        if status == StatusCode::INTERNAL_SERVER_ERROR {
-            // The cause is logged here and nowhere else; paths and system messages stay in the log.
-            tracing::error!(code = self.code(), "{self}");
-            let detail = "the service failed; its log says why".to_owned();
-            let mut response = Problem::new(status, self.code(), detail, None).into_response();
-            if matches!(self, Self::Panicked) {
-                response.extensions_mut().insert(Panicked);
-            }
-            return response;
-        }
-        let detail = match &self {
-            ServerError::Store(error)
-            | ServerError::Candidates(overfly_flight::locate::candidates::CandidatesError::Store(error))
-            | ServerError::Locate(overfly_flight::locate::LocateError::Store(error)) => without_path(error),
-            other => other.to_string(),
-        };
-        Problem::new(status, self.code(), detail, self.parameter()).into_response()
-    }
-}
-
-/// A store's message without the server's own path, which is no caller's business.
-pub(super) fn without_path(error: &overfly_store::StoreError) -> String {
-    let text = error.to_string();
-    text.split_once(": ").map_or(text.clone(), |(_, rest)| rest.to_owned())
 }

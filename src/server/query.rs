@@ -1,9 +1,5 @@
 //! Query strings read strictly: every parameter known, given once, and a finite number where one is meant.
 
-use super::error::ServerError;
-use axum::extract::{FromRequestParts, RawQuery};
-use axum::http::request::Parts;
-
 /// Why a query string is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(super) enum QueryError {
@@ -95,20 +91,6 @@ impl Query {
             Ok(value) => Ok(Some(value)),
             Err(_) => Err(QueryError::NotWhole { name, found: text.chars().take(64).collect() }),
         }
-    }
-}
-
-/// An extractor for paths that take no parameters.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct NoQuery;
-
-impl<S: Send + Sync> FromRequestParts<S> for NoQuery {
-    type Rejection = ServerError;
-
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
-        let Ok(RawQuery(raw)) = RawQuery::from_request_parts(parts, state).await;
-        Query::read(raw.as_deref(), &[])?;
-        Ok(Self)
     }
 }
 

@@ -1,8 +1,8 @@
-//! `Asked`: the part of a file that a request's `Range` asks for (RFC 9110, section 14).
+//! `RequestedRange`: the part of a file that a request's `Range` asks for (RFC 9110, section 14).
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Asked {
+pub(super) enum RequestedRange {
     /// All of it: no range, several, or none that is understood.
     Whole,
     /// These bytes, the last included.
@@ -11,21 +11,21 @@ pub(super) enum Asked {
     Beyond,
 }
 
-impl Asked {
+impl RequestedRange {
     /// Of a file of `len` bytes.
-    pub(super) fn of(range: Option<&str>, len: u64) -> Self {
+    pub(super) fn parse(range: Option<&str>, len: u64) -> Self {
         let spec = range.and_then(|text| text.trim().strip_prefix("bytes="));
         let Some((first, last)) = spec.and_then(|spec| spec.split_once('-')) else { return Self::Whole };
         match (number(first), number(last)) {
             (None, Some(0)) if first.is_empty() => Self::Beyond,
             (None, Some(count)) if first.is_empty() && len > 0 => Self::Part(len - count.min(len), len - 1),
-            (Some(first), None) if last.is_empty() => Self::from(first, u64::MAX, len),
-            (Some(first), Some(last)) if first <= last => Self::from(first, last, len),
+            (Some(first), None) if last.is_empty() => Self::part(first, u64::MAX, len),
+            (Some(first), Some(last)) if first <= last => Self::part(first, last, len),
             _ => Self::Whole,
         }
     }
 
-    fn from(first: u64, last: u64, len: u64) -> Self {
+    fn part(first: u64, last: u64, len: u64) -> Self {
         if first >= len { Self::Beyond } else { Self::Part(first, last.min(len - 1)) }
     }
 }
@@ -43,25 +43,25 @@ mod tests {
     #[test]
     fn ranges_are_those_of_the_rfc() {
         for (range, expected) in [
-            ("bytes=0-99", Asked::Part(0, 99)),
-            ("bytes=990-", Asked::Part(990, 999)),
-            ("bytes=-10", Asked::Part(990, 999)),
-            ("bytes=-5000", Asked::Part(0, 999)),
-            ("bytes=0-99999999999999999999999", Asked::Part(0, 999)),
-            ("bytes=-99999999999999999999999", Asked::Part(0, 999)),
-            ("bytes=1000-", Asked::Beyond),
-            ("bytes=99999999999999999999999-", Asked::Beyond),
-            ("bytes=-0", Asked::Beyond),
-            ("bytes=5-1", Asked::Whole),
-            ("bytes=0-0,5-9", Asked::Whole),
-            ("bytes=-", Asked::Whole),
-            ("bytes=+1-2", Asked::Whole),
-            ("bytes=abc", Asked::Whole),
-            ("items=0-5", Asked::Whole),
+            ("bytes=0-99", RequestedRange::Part(0, 99)),
+            ("bytes=990-", RequestedRange::Part(990, 999)),
+            ("bytes=-10", RequestedRange::Part(990, 999)),
+            ("bytes=-5000", RequestedRange::Part(0, 999)),
+            ("bytes=0-99999999999999999999999", RequestedRange::Part(0, 999)),
+            ("bytes=-99999999999999999999999", RequestedRange::Part(0, 999)),
+            ("bytes=1000-", RequestedRange::Beyond),
+            ("bytes=99999999999999999999999-", RequestedRange::Beyond),
+            ("bytes=-0", RequestedRange::Beyond),
+            ("bytes=5-1", RequestedRange::Whole),
+            ("bytes=0-0,5-9", RequestedRange::Whole),
+            ("bytes=-", RequestedRange::Whole),
+            ("bytes=+1-2", RequestedRange::Whole),
+            ("bytes=abc", RequestedRange::Whole),
+            ("items=0-5", RequestedRange::Whole),
         ] {
-            assert_eq!(Asked::of(Some(range), 1000), expected, "{range}");
+            assert_eq!(RequestedRange::parse(Some(range), 1000), expected, "{range}");
         }
-        assert_eq!(Asked::of(None, 1000), Asked::Whole);
-        assert_eq!(Asked::of(Some("bytes=0-0"), 0), Asked::Beyond);
+        assert_eq!(RequestedRange::parse(None, 1000), RequestedRange::Whole);
+        assert_eq!(RequestedRange::parse(Some("bytes=0-0"), 0), RequestedRange::Beyond);
     }
 }

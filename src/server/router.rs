@@ -3,7 +3,7 @@
 use super::error::ServerError;
 use super::metrics::observe;
 use super::problem::{PROBLEM_JSON, Problem};
-use super::state::{Service, ServiceState};
+use super::state::ServiceState;
 use super::work::Load;
 use super::{candidates, catalogue, exports, fixes, motions, operations, page, tiles};
 use axum::extract::{DefaultBodyLimit, Request, State};
@@ -48,12 +48,9 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(tiles::image))
         .routes(routes!(tiles::tilejson))
         .routes(routes!(tiles::descriptors))
-        .routes(routes!(operations::readyz));
-    let of_the_store = match state.service {
-        Service::Preflight => of_the_store.routes(routes!(exports::post)).routes(routes!(exports::get)),
-        Service::Onboard => of_the_store,
-    };
-    let of_the_store = of_the_store.route_layer(from_fn_with_state(state.clone(), same_store));
+        .routes(routes!(operations::readyz))
+        .merge(exports::routes(state.service))
+        .route_layer(from_fn_with_state(state.clone(), same_store));
     let routes = OpenApiRouter::with_openapi(Api::openapi())
         .merge(of_the_store)
         .routes(routes!(operations::healthz))
@@ -101,7 +98,8 @@ async fn problems_only(request: Request, next: Next) -> Response {
 
 #[cfg(test)]
 mod tests {
-    use super::super::state::Limits;
+    use super::super::limits::Limits;
+    use super::super::service::Service;
     use super::*;
     use axum::body::{Body, to_bytes};
     use axum::routing::get;

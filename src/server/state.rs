@@ -1,120 +1,12 @@
 //! `ServiceState`: what every handler shares.
 
-use super::error::ServerError;
-use super::export_jobs::ExportJobs;
+use super::limits::Limits;
 use super::metrics::Metrics;
+use super::service::Service;
 use super::work::Work;
-use overfly_core::pixels::Gray;
-use overfly_flight::frame::{FrameBounds, decode_frame_within};
-use overfly_flight::locate::candidates::{MAX_TILES, Residents};
-use overfly_store::{CacheLimits, Reader};
+use overfly_flight::locate::candidates::Residents;
+use overfly_store::Reader;
 use std::sync::Arc;
-use std::time::Duration;
-
-/// Where the service runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Service {
-    /// On the ground.
-    Preflight,
-    /// On the aircraft: no route that writes exists.
-    Onboard,
-}
-
-/// Bounds on what one request may cost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    /// Largest request body, bytes.
-    pub body_bytes: usize,
-    /// Longest wait for a request's body.
-    pub body_time: Duration,
-    /// Longest wait for an answer.
-    pub answer_time: Duration,
-    /// Longest edge of an uploaded image, pixels.
-    pub image_edge_px: u32,
-    /// Most pixels of an uploaded image.
-    pub image_px: u64,
-    /// Uploads held at once.
-    pub uploads: usize,
-    /// Bytes of the uploads held at once.
-    pub uploads_bytes: usize,
-    /// Images decoded and registered at once; each takes about 8 bytes a pixel.
-    pub registrations: usize,
-    /// Other questions answered at once.
-    pub questions: usize,
-    /// Threads of one registration.
-    pub threads: usize,
-    /// Memory for indexes of footprints, bytes; what does not fit is answered from the file.
-    pub index_bytes: u64,
-    /// Most tiles of one answer.
-    pub tiles: u64,
-    /// What the store's reader holds.
-    pub keep: CacheLimits,
-}
-
-/// Bytes that a pixel of a frame takes while it is decoded.
-const PIXEL_BYTES: u64 = 8;
-/// Bytes that a tile takes in an answer while it is made: its row, its entry, its text.
-const TILE_BYTES: u64 = 1_200;
-/// From here on two frames are registered at once.
-const TWO_AT_ONCE_BYTES: u64 = 1 << 30;
-
-impl Limits {
-    /// Bounds under which a service holds about so many bytes besides the program itself (some 40 MB) and 28 bytes for each
-    /// tile of its store: a fifth for ground, 15 % for cells, a tenth for indexes, 5 % for pages of the file, 15 % for
-    /// uploads, the rest for work. None is looser than by default.
-    pub fn within(memory_bytes: u64) -> Self {
-        let usual = Self::default();
-        let percent = |n: u64| memory_bytes / 100 * n;
-        let registrations = if memory_bytes < TWO_AT_ONCE_BYTES { 1 } else { usual.registrations };
-        let work = percent(35);
-        let uploads_bytes = percent(15) as usize;
-        let connections = usual.keep.connections.min(6);
-        Self {
-            body_bytes: usual.body_bytes.min(uploads_bytes),
-            uploads_bytes: usual.uploads_bytes.min(uploads_bytes),
-            image_px: usual.image_px.min(work / PIXEL_BYTES / registrations as u64),
-            registrations,
-            questions: usual.questions.min(connections - 2),
-            index_bytes: percent(10),
-            tiles: MAX_TILES.min(work / 3 / TILE_BYTES),
-            keep: CacheLimits {
-                ground_bytes: usual.keep.ground_bytes.min(percent(20)),
-                cells_bytes: usual.keep.cells_bytes.min(percent(15)),
-                connections,
-                pages_bytes: usual.keep.pages_bytes.min(percent(5) / connections as u64),
-            },
-            ..usual
-        }
-    }
-
-    /// The camera frame in `bytes`, the form's part `part`.
-    pub(super) fn frame(&self, part: &'static str, bytes: &[u8]) -> Result<Gray, ServerError> {
-        let bounds = FrameBounds { edge_px: self.image_edge_px, pixels: self.image_px };
-        decode_frame_within(bytes, part, bounds).map_err(|error| ServerError::Frame { part, error })
-    }
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Self {
-            body_bytes: 48 << 20,
-            body_time: Duration::from_secs(30),
-            answer_time: Duration::from_secs(60),
-            image_edge_px: 20_000,
-            image_px: 64_000_000,
-            uploads: 8,
-            uploads_bytes: 8 * (48 << 20),
-            registrations: 2,
-            questions: 4 * cores,
-            threads: cores,
-            index_bytes: 256 << 20,
-            tiles: MAX_TILES,
-            keep: CacheLimits::default(),
-        }
-    }
-}
 
 /// A store opened for reading, and the bounds under which it is asked. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -126,57 +18,19 @@ pub struct ServiceState {
     pub(super) work: Work,
     pub(super) metrics: Metrics,
     pub(super) warnings: Arc<[String]>,
-    /// On the ground.
-    pub(super) exports: Option<Arc<ExportJobs>>,
 }
 
 impl ServiceState {
-    /// The state of a service over `store`. On the ground it gets a temporary folder for exports; where none can be made,
-    /// there are no exports, and the log says so.
+    /// The state of a service over `store`.
     pub fn new(store: Reader, service: Service, limits: Limits) -> Self {
         let (work, metrics) = (Work::new(&limits), Metrics::new());
         let residents = Arc::new(Residents::new(limits.index_bytes).giving(limits.tiles));
-        let exports = match service {
-            Service::Onboard => None,
-            Service::Preflight => ExportJobs::new()
-                .inspect_err(|e| tracing::warn!("no exports over HTTP: no temporary folder can be made: {e}"))
-                .ok(),
-        };
-        let (store, exports) = (Arc::new(store), exports.map(Arc::new));
-        Self { store, residents, service, limits, work, metrics, warnings: Arc::new([]), exports }
+        let store = Arc::new(store);
+        Self { store, residents, service, limits, work, metrics, warnings: Arc::new([]) }
     }
 
     /// The same with something to warn of in every statement of its health.
     pub fn with_warnings(self, warnings: Vec<String>) -> Self {
         Self { warnings: warnings.into(), ..self }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// All that may be held at once, bytes.
-    fn sum(l: &Limits) -> u64 {
-        let work = (l.image_px * PIXEL_BYTES * l.registrations as u64).max(3 * l.tiles * TILE_BYTES);
-        let pages = l.keep.pages_bytes * l.keep.connections as u64;
-        work + l.keep.ground_bytes + l.keep.cells_bytes + l.index_bytes + pages + l.uploads_bytes as u64
-    }
-
-    #[test]
-    fn what_may_be_held_adds_up_to_what_is_allowed() {
-        for megabytes in [64, 128, 200, 512, 1_000, 1_100, 4_000] {
-            let (allowed, limits) = (megabytes * 1_000_000, Limits::within(megabytes * 1_000_000));
-            assert!(sum(&limits) <= allowed, "{megabytes}: {}", sum(&limits));
-            assert!(megabytes > 1_000 || sum(&limits) > allowed * 9 / 10, "{megabytes}: {}", sum(&limits));
-            assert!(limits.questions > 0 && limits.questions < limits.keep.connections);
-        }
-    }
-
-    #[test]
-    fn none_is_looser_than_by_default() {
-        let (much, usual) = (Limits::within(u64::MAX), Limits::default());
-        assert_eq!((much.image_px, much.body_bytes, much.tiles), (usual.image_px, usual.body_bytes, usual.tiles));
-        assert_eq!((much.keep.ground_bytes, much.keep.cells_bytes), (usual.keep.ground_bytes, usual.keep.cells_bytes));
     }
 }

@@ -1,70 +1,58 @@
-//! `Supervisor`: whoever started the service and watches it, told by systemd's protocol (sd_notify(3)): when it answers, that it
-//! still does, and that it stops.
+//! `Supervisor`: systemd, told that the service is ready, that it still answers, and that it stops (sd_notify(3)).
 
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, StatusCode};
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
-use std::ffi::{OsStr, OsString};
-use std::os::unix::ffi::OsStrExt;
-use std::os::unix::net::{SocketAddr, UnixDatagram};
+use sd_notify::NotifyState;
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often the service asks itself where nobody states how often it must.
+/// How often the service checks itself if the supervisor demands no watchdog.
 const UNWATCHED: Duration = Duration::from_secs(10);
-/// Most of a reason that is passed on, bytes.
+/// Most bytes of a reason that are passed on.
 const MOST_REASON: usize = 500;
+/// The longest wait for a supervisor that does not read its messages.
+const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Where to tell, and how often; nowhere where the service was started by hand.
-#[derive(Debug, Clone, Default)]
+type Notify = Arc<dyn Fn(&[NotifyState<'_>]) -> io::Result<()> + Send + Sync>;
+
+/// Where to send notifications, and how often the watchdog wants one; nowhere if the service was started by hand.
+#[derive(Clone, Default)]
 pub struct Supervisor {
-    socket: Option<Arc<(UnixDatagram, SocketAddr)>>,
+    notify: Option<Notify>,
     watchdog: Option<Duration>,
 }
 
-/// What the environment of a service says of who watches it; each as the variable of that name.
-#[derive(Debug, Clone, Default)]
-pub struct Environment {
-    /// `NOTIFY_SOCKET`: a path, or `@` and an abstract name.
-    pub notify_socket: Option<OsString>,
-    /// `WATCHDOG_USEC`: within this many microseconds the service must say that it lives.
-    pub watchdog_usec: Option<String>,
-    /// `WATCHDOG_PID`: which process that is meant for.
-    pub watchdog_pid: Option<String>,
-}
-
 impl Supervisor {
-    /// As the environment says; `pid` is this process. What cannot be understood or reached is as if it were not there: a
-    /// service is not refused for want of somebody to tell.
-    pub fn of(environment: &Environment, pid: u32) -> Self {
-        let address = environment.notify_socket.as_deref().and_then(address);
-        let socket = address.and_then(|a| Some(Arc::new((UnixDatagram::unbound().ok()?, a))));
-        if let Some(socket) = &socket {
-            // A supervisor that does not read must not hold the service up.
-            let _ = socket.0.set_nonblocking(true);
+    /// The supervisor that `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID` name. A variable that is not valid counts as not
+    /// set; a socket that cannot be reached is no error.
+    pub fn from_environment() -> Self {
+        match std::env::var_os("NOTIFY_SOCKET") {
+            Some(socket) if !socket.is_empty() => Self {
+                notify: Some(Arc::new(sd_notify::notify)),
+                watchdog: sd_notify::watchdog_enabled().filter(|period| !period.is_zero()),
+            },
+            _ => Self::default(),
         }
-        let meant = environment.watchdog_pid.as_deref().is_none_or(|p| p.trim() == pid.to_string());
-        let period_us = environment.watchdog_usec.as_deref().and_then(|t| t.trim().parse::<u64>().ok());
-        let watchdog = period_us.filter(|us| *us > 0 && meant && socket.is_some()).map(Duration::from_micros);
-        Self { socket, watchdog }
     }
 
-    /// It answers.
-    pub(super) fn ready(&self) {
-        self.tell("READY=1\nSTATUS=ready\n");
+    /// Tells that the service answers.
+    pub(super) async fn ready(&self) {
+        self.tell(vec![NotifyState::Ready, NotifyState::Status("ready")]).await;
     }
 
-    /// It takes no more requests.
-    pub(super) fn stopping(&self) {
-        self.tell("STOPPING=1\nSTATUS=stopping\n");
+    /// Tells that the service takes no more requests.
+    pub(super) async fn stopping(&self) {
+        self.tell(vec![NotifyState::Stopping, NotifyState::Status("stopping")]).await;
     }
 
-    /// For ever: asks the service whether it is ready, through all its layers, twice in each period that the supervisor allows,
-    /// and says that it lives where it is. Where it is not, or does not answer, nothing is said but why.
+    /// Runs until dropped: asks the service for `/readyz`, through all its layers, twice in each watchdog period, and feeds the
+    /// watchdog if the service is ready. Otherwise only the status says why it is not.
     pub(super) async fn watch(self, app: Router) {
-        if self.socket.is_none() {
+        if self.notify.is_none() {
             return;
         }
         let beat = self.watchdog.map_or(UNWATCHED, |period| period / 2);
@@ -74,47 +62,48 @@ impl Supervisor {
             let asked = tokio::time::timeout(beat, ask(&app)).await;
             let found = asked.unwrap_or_else(|_| Err("it does not answer itself in time".into()));
             if found.is_ok() && self.watchdog.is_some() {
-                self.tell("WATCHDOG=1\n");
+                self.tell(vec![NotifyState::Watchdog]).await;
             }
             if last.as_ref() != Some(&found) {
-                match &found {
-                    Ok(()) => self.tell("STATUS=ready\n"),
-                    Err(reason) => self.tell(&format!("STATUS=not ready: {reason}\n")),
-                }
+                self.tell_status(
+                    found.as_ref().map_or_else(|reason| format!("not ready: {reason}"), |()| "ready".into()),
+                )
+                .await;
                 last = Some(found);
             }
         }
     }
 
-    fn tell(&self, text: &str) {
-        let Some(socket) = &self.socket else { return };
-        if let Err(error) = socket.0.send_to_addr(text.as_bytes(), &socket.1) {
-            tracing::debug!(%error, "the supervisor was not told: {text:?}");
+    async fn tell_status(&self, status: String) {
+        self.send(move |notify| notify(&[NotifyState::Status(&status)])).await;
+    }
+
+    async fn tell(&self, states: Vec<NotifyState<'static>>) {
+        self.send(move |notify| notify(&states)).await;
+    }
+
+    /// Sends on a thread of its own: a supervisor that does not read must not stop the service.
+    async fn send(&self, message: impl FnOnce(&Notify) -> io::Result<()> + Send + 'static) {
+        let Some(notify) = self.notify.clone() else { return };
+        let sent = tokio::task::spawn_blocking(move || message(&notify));
+        match tokio::time::timeout(PATIENCE, sent).await {
+            Ok(Ok(Ok(()))) => {}
+            Ok(Ok(Err(error))) => tracing::debug!(%error, "the supervisor was not told"),
+            Ok(Err(_)) | Err(_) => tracing::debug!("the supervisor does not read its messages"),
         }
     }
 }
 
-/// The address that `NOTIFY_SOCKET` states.
-fn address(text: &OsStr) -> Option<SocketAddr> {
-    match text.as_bytes() {
-        [b'@', name @ ..] => abstract_address(name),
-        [b'/', ..] => SocketAddr::from_pathname(text).ok(),
-        _ => None,
+impl std::fmt::Debug for Supervisor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Supervisor").field("watchdog", &self.watchdog).finish_non_exhaustive()
     }
 }
 
-#[cfg(target_os = "linux")]
-fn abstract_address(name: &[u8]) -> Option<SocketAddr> {
-    use std::os::linux::net::SocketAddrExt;
-    SocketAddr::from_abstract_name(name).ok()
-}
-
-#[cfg(not(target_os = "linux"))]
-fn abstract_address(_: &[u8]) -> Option<SocketAddr> {
-    None
-}
-
-/// Whether the service is ready; else why not.
+/// Asks the service whether it is ready.
+///
+/// # Errors
+/// Why it is not.
 async fn ask(app: &Router) -> Result<(), String> {
     let request = Request::get("/readyz").body(Body::empty()).map_err(|e| e.to_string())?;
     let Ok(response) = TowerToHyperService::new(app.clone()).call(request).await;
@@ -134,60 +123,37 @@ mod tests {
     use axum::response::IntoResponse;
     use axum::routing::get;
     use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::mpsc::{Receiver, channel};
 
-    fn listener() -> (tempfile::TempDir, UnixDatagram, Environment) {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("notify");
-        let socket = UnixDatagram::bind(&path).unwrap();
-        socket.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-        let environment = Environment {
-            notify_socket: Some(path.into()),
-            watchdog_usec: Some("20000".into()),
-            watchdog_pid: Some("7".into()),
+    /// A supervisor and what it hears.
+    fn supervisor(watchdog: Option<Duration>) -> (Supervisor, Receiver<String>) {
+        let (sender, heard) = channel();
+        let notify = move |states: &[NotifyState<'_>]| {
+            let text: String = states.iter().map(|state| format!("{state}\n")).collect();
+            sender.send(text).map_err(io::Error::other)
         };
-        (folder, socket, environment)
+        (Supervisor { notify: Some(Arc::new(notify)), watchdog }, heard)
     }
 
-    fn heard(socket: &UnixDatagram) -> String {
-        let mut bytes = [0; 1000];
-        let n = socket.recv(&mut bytes).unwrap();
-        String::from_utf8(bytes[..n].to_vec()).unwrap()
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn tells_whether_by_a_path_or_an_abstract_name() {
-        let (_folder, socket, environment) = listener();
-        Supervisor::of(&environment, 7).ready();
-        assert_eq!(heard(&socket), "READY=1\nSTATUS=ready\n");
-        let name = format!("overfly-test-{}", std::process::id());
-        let abstract_socket = UnixDatagram::bind_addr(&abstract_address(name.as_bytes()).unwrap()).unwrap();
-        let environment = Environment { notify_socket: Some(format!("@{name}").into()), ..Environment::default() };
-        Supervisor::of(&environment, 7).stopping();
-        assert_eq!(heard(&abstract_socket), "STOPPING=1\nSTATUS=stopping\n");
+    fn runtime() -> tokio::runtime::Runtime {
+        tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap()
     }
 
     #[test]
-    fn is_nobody_where_nothing_usable_is_stated() {
-        let (_folder, _socket, environment) = listener();
-        assert!(Supervisor::of(&environment, 7).watchdog.is_some());
-        assert!(Supervisor::of(&environment, 8).watchdog.is_none(), "another process is meant");
-        for text in ["", "x", "-3", "0"] {
-            let other = Environment { watchdog_usec: Some(text.into()), ..environment.clone() };
-            assert!(Supervisor::of(&other, 7).watchdog.is_none(), "{text:?}");
-        }
-        for text in ["", "relative", "vsock:2:3"] {
-            let other = Environment { notify_socket: Some(text.into()), ..environment.clone() };
-            assert!(Supervisor::of(&other, 7).socket.is_none(), "{text:?}");
-        }
-        // Nobody reads there: telling is no failure.
-        let gone = Environment { notify_socket: Some("/nowhere/notify".into()), ..environment };
-        Supervisor::of(&gone, 7).ready();
+    fn tells_that_the_service_is_ready_and_stops() {
+        let (supervisor, heard) = supervisor(None);
+        runtime().block_on(async {
+            supervisor.ready().await;
+            supervisor.stopping().await;
+        });
+        assert_eq!(heard.try_iter().collect::<Vec<_>>(), ["READY=1\nSTATUS=ready\n", "STOPPING=1\nSTATUS=stopping\n"]);
+        drop(heard);
+        // Nobody reads any more: telling is no failure.
+        runtime().block_on(supervisor.ready());
     }
 
     #[test]
-    fn says_that_it_lives_only_while_it_is_ready() {
-        let (_folder, socket, environment) = listener();
+    fn feeds_the_watchdog_only_while_the_service_is_ready() {
         let ready = Arc::new(AtomicBool::new(true));
         let state = ready.clone();
         let app = Router::new().route(
@@ -203,20 +169,20 @@ mod tests {
                 }
             }),
         );
-        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
-        runtime.spawn(Supervisor::of(&environment, 7).watch(app));
-        assert_eq!([heard(&socket), heard(&socket)], ["WATCHDOG=1\n", "STATUS=ready\n"]);
-        assert_eq!(heard(&socket), "WATCHDOG=1\n");
+        let (supervisor, messages) = supervisor(Some(Duration::from_millis(20)));
+        let heard = || messages.recv_timeout(Duration::from_secs(20)).unwrap();
+        let runtime = runtime();
+        runtime.spawn(supervisor.watch(app));
+        assert_eq!([heard(), heard()], ["WATCHDOG=1\n", "STATUS=ready\n"]);
+        assert_eq!(heard(), "WATCHDOG=1\n");
         ready.store(false, Ordering::SeqCst);
-        let mut next = heard(&socket);
+        let mut next = heard();
         while next == "WATCHDOG=1\n" {
-            next = heard(&socket);
+            next = heard();
         }
         assert_eq!(next, "STATUS=not ready: the card is gone\n");
-        socket.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
-        assert!(socket.recv(&mut [0; 100]).is_err(), "silent while it is not");
+        assert!(messages.recv_timeout(Duration::from_millis(200)).is_err(), "silent while it is not");
         ready.store(true, Ordering::SeqCst);
-        socket.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-        assert_eq!([heard(&socket), heard(&socket)], ["WATCHDOG=1\n", "STATUS=ready\n"]);
+        assert_eq!([heard(), heard()], ["WATCHDOG=1\n", "STATUS=ready\n"]);
     }
 }

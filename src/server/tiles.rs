@@ -1,9 +1,10 @@
 //! `GET /v1/tiles/...`: imagery, descriptors and TileJSON.
 
+use super::dto::TileJson;
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
+use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::query::NoQuery;
 use super::state::ServiceState;
 use super::work::Load;
 use axum::Json;
@@ -12,11 +13,7 @@ use axum::extract::{Path, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
-use overfly_core::geodesy::GeodeticBounds;
-use overfly_core::tile::{TILE_SIZE_PX, TileId};
-use overfly_store::Layer;
-use serde::Serialize;
-use utoipa::ToSchema;
+use overfly_core::tile::TileId;
 
 /// A tile may change when the store is built anew under the same address: caches ask again after a minute.
 const CACHE: &str = "public, max-age=60, must-revalidate";
@@ -126,30 +123,6 @@ pub(super) async fn descriptors(
     Ok((kept, [(CONTENT_TYPE, "application/octet-stream")], blob).into_response())
 }
 
-/// A layer as TileJSON 3.0.0 describes it, with `tileSize` as MapLibre reads it.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub(super) struct TileJson {
-    /// "3.0.0".
-    tilejson: &'static str,
-    /// The layer.
-    name: String,
-    /// Address of a tile, absolute where the request says under which name the service is reached.
-    tiles: Vec<String>,
-    /// "xyz".
-    scheme: &'static str,
-    /// Coarsest level.
-    minzoom: u8,
-    /// Finest level.
-    maxzoom: u8,
-    /// West, south, east, north, degrees.
-    bounds: [f64; 4],
-    /// Longitude, latitude, zoom to start at.
-    center: [f64; 3],
-    /// 512.
-    #[serde(rename = "tileSize")]
-    tile_size: u32,
-}
-
 /// How map viewers find a layer's tiles.
 #[utoipa::path(
     get, path = "/v1/tiles/{layer}/tilejson.json", tag = "tiles",
@@ -166,29 +139,7 @@ pub(super) async fn tilejson(
     _: NoQuery,
 ) -> Result<Json<TileJson>, ServerError> {
     let Path(layer) = path.map_err(|e| ServerError::Path(e.body_text()))?;
-    Ok(Json(describe(state.store.layer(&layer)?, &origin(&headers))))
-}
-
-fn describe(layer: &Layer, origin: &str) -> TileJson {
-    let GeodeticBounds { west_deg: west, south_deg: south, north_deg: north, .. } = layer.bounds_deg;
-    // Viewers read the bounds as an interval: east stays above west across the antimeridian.
-    let east = layer.bounds_deg.unwrapped_east_deg();
-    let middle = (west + east) / 2.0;
-    TileJson {
-        tilejson: "3.0.0",
-        name: layer.name.clone(),
-        tiles: vec![format!("{origin}/v1/tiles/{}/{{z}}/{{x}}/{{y}}", layer.name)],
-        scheme: "xyz",
-        minzoom: layer.min_zoom,
-        maxzoom: layer.base_zoom,
-        bounds: [west, south, east, north],
-        center: [
-            if middle > 180.0 { middle - 360.0 } else { middle },
-            (south + north) / 2.0,
-            f64::from(layer.min_zoom),
-        ],
-        tile_size: TILE_SIZE_PX,
-    }
+    Ok(Json(TileJson::new(state.store.layer(&layer)?, &origin(&headers))))
 }
 
 /// Under which address the caller reaches the service; empty (so that addresses are relative) where that is unclear.

@@ -1,7 +1,7 @@
 //! `Work`: blocking jobs off the event loop, so many at once, so long at most.
 
 use super::error::ServerError;
-use super::state::Limits;
+use super::limits::Limits;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! `overfly fly --simulate`: where the paper's assumptions hold, what happens is what it predicts; where they do not, it departs as
+//! `overfly simulate`: where the paper's assumptions hold, what happens is what it predicts; where they do not, it departs as
 //! docs/simulation.md says; and no thread changes anything.
 
 use overfly_core::coupling::Mode;
@@ -231,7 +231,7 @@ const SMALL: &str = "modes = [\"sequential\", \"parallel\"]\nruns = 40\n[aircraf
 fn the_command_writes_what_it_says() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.toml"), SMALL).unwrap();
-    let (exit, said, log) = overfly(folder.path(), &["fly", "--simulate", "s.toml", "--out", "out", "--json"]);
+    let (exit, said, log) = overfly(folder.path(), &["simulate", "s.toml", "--out", "out", "--json"]);
     assert_eq!(exit, Some(0), "{log}");
     let lines: Vec<Value> = said.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let [sequential, parallel, family] = &lines[..] else { panic!("{said}") };
@@ -280,7 +280,7 @@ fn what_is_no_simulation_is_refused_by_file_and_field() {
         (&["s.toml", "--flight", "somewhere"], "usage", "--flight"),
     ];
     for (words, code, named) in cases {
-        let (exit, _, said) = overfly(folder.path(), &[&["fly", "--simulate"], words].concat());
+        let (exit, _, said) = overfly(folder.path(), &[&["simulate"], words].concat());
         assert_eq!(exit, Some(2), "{words:?}: {said}");
         assert!(said.contains(&format!("error[{code}]")) && said.contains(named), "{words:?}: {said}");
     }

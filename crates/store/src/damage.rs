@@ -13,7 +13,7 @@ const LIMIT: usize = 1000;
 pub(super) struct DamageLog(Mutex<BTreeMap<(String, TileId), String>>);
 
 /// The damage found so far.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Damage {
     /// Number of damaged tiles, counted up to 1000.
     pub tiles: usize,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// One epoch of imagery, with its own tile table.
-#[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Layer {
     /// Name, `ortho` by default.
     pub name: String,
@@ -21,7 +21,6 @@ pub struct Layer {
     pub tiles: u64,
     /// Extent, degrees: west, south, east, north. West exceeds east where the layer crosses the antimeridian.
     #[serde(with = "bounds_as_array")]
-    #[schema(value_type = [f64; 4])]
     pub bounds_deg: GeodeticBounds,
     /// Earliest and latest acquisition date of its sources, if known.
     pub acquired: Option<(String, String)>,

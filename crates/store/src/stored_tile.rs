@@ -41,7 +41,7 @@ impl StoredTile {
 }
 
 /// Sizes of stored tiles, bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct TileSizes {
     /// Imagery.
     pub imagery: u64,

@@ -4,7 +4,7 @@ use super::CameraError;
 use serde::{Deserialize, Serialize};
 
 /// A pinhole camera, with the keys of `camera.toml`. Pixels are counted from the image's upper-left corner.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Intrinsics {
     /// Columns of the sensor.

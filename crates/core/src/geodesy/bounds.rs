@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// An extent in degrees, from west to east. West above east means that the extent crosses the antimeridian (RFC 7946,
 /// section 5.2).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GeodeticBounds {
     /// Western edge, degrees.
     #[serde(rename = "west")]

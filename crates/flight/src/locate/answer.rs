@@ -1,10 +1,9 @@
 //! What `locate` answers, as JSON spells it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 /// A fix, or none and why. `status` is "fix" or "no_fix".
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Answer {
     /// Located.
@@ -14,7 +13,7 @@ pub enum Answer {
 }
 
 /// A position on the ground, degrees.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Degrees north.
     pub latitude_deg: f64,
@@ -23,7 +22,7 @@ pub struct Point {
 }
 
 /// Where the camera was.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fix {
     /// Of the nadir, degrees.
     pub latitude_deg: f64,
@@ -62,7 +61,7 @@ pub struct Fix {
 }
 
 /// No fix.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NoFix {
     /// A stable word.
     pub reason: Reason,
@@ -94,7 +93,7 @@ impl Answer {
 }
 
 /// Why there is no fix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// The search region holds no map.

@@ -19,7 +19,6 @@ use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::tile::{MAX_ZOOM, MercatorBounds, TileId, zoom_for_gsd};
 use overfly_store::{Footprint, Layer, Reader};
 use serde::Serialize;
-use utoipa::ToSchema;
 
 /// Most tiles that one question may consider: bounds its time (about a second) and the size of its answer.
 pub const MAX_TILES: u64 = 250_000;
@@ -42,7 +41,7 @@ pub struct CandidateQuery {
 }
 
 /// The tiles to search and what the search will cost.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidates {
     /// The paper's count for this search: equation 3, 17 (parallel) or 28 (combined, flights of at most the turn radius);
     /// elsewhere the region's area over one image's.
@@ -58,7 +57,7 @@ pub struct Candidates {
 }
 
 /// A tile that meets the region.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidate {
     /// `layer/z/x/y`: its path under `/v1/tiles/`.
     pub id: String,
@@ -85,7 +84,7 @@ pub struct Candidate {
 }
 
 /// A GeoJSON geometry (RFC 7946) in WGS84 degrees, longitude first.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "type", content = "coordinates")]
 pub enum Geometry {
     /// One polygon: its rings.

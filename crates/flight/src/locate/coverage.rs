@@ -5,13 +5,12 @@ use overfly_core::tile::TileId;
 use overfly_store::{Layer, Reader, StoreError};
 use serde::Serialize;
 use std::collections::HashMap;
-use utoipa::ToSchema;
 
 /// Most rectangles of one layer: a coarser level is shown where the base level is more ragged than that.
 const MAX_RECTANGLES: usize = 20_000;
 
 /// A GeoJSON feature collection, a feature a finished layer.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coverage {
     /// "FeatureCollection".
     pub r#type: &'static str,
@@ -20,7 +19,7 @@ pub struct Coverage {
 }
 
 /// A GeoJSON feature.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CoveredLayer {
     /// "Feature".
     pub r#type: &'static str,
@@ -31,7 +30,7 @@ pub struct CoveredLayer {
 }
 
 /// What a feature of the coverage says of its layer.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CoverageProperties {
     /// The layer.
     pub layer: String,

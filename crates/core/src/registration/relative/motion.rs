@@ -1,7 +1,6 @@
 //! The prior and the answer of a relative registration.
 
 use serde::Serialize;
-use utoipa::ToSchema;
 
 /// What is known of two frames before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -11,7 +10,7 @@ pub struct MotionPrior {
 }
 
 /// The answer: how frame b lies on frame a, or why there is no answer.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum MotionAnswer {
     /// Registered.
@@ -26,7 +25,7 @@ pub enum MotionAnswer {
 }
 
 /// Why two frames could not be registered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoMotionReason {
     /// Too few correspondences agree on one motion: another place, too little overlap, or too little texture.
@@ -39,7 +38,7 @@ pub enum NoMotionReason {
 }
 
 /// A similarity that takes a point of image b to image a, pixels counted from the corner.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Motion {
     /// Row-major 2 x 3: a point (x, y, 1) of b to a.
     pub a_from_b: [[f64; 3]; 2],

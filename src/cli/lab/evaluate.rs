@@ -1,0 +1,33 @@
+//! `overfly evaluate`: registration scored against truth.
+
+mod cost;
+mod fixes;
+mod motions;
+mod negatives;
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+
+/// What to score.
+#[derive(clap::Subcommand)]
+pub enum Evaluate {
+    /// Absolute registration: every frame of a flight on its own, from a displaced prior.
+    Fixes(Box<fixes::Args>),
+    /// Absolute registration where every fix is false: the rate of false fixes.
+    Negatives(Box<negatives::Args>),
+    /// The time of a search against the number of tiles it searches.
+    Cost(cost::Args),
+    /// Relative registration: pairs of known motion, a real flight, or pairs that share no ground.
+    Motions(motions::Args),
+}
+
+/// Runs the command.
+pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
+    match args {
+        Evaluate::Fixes(args) => fixes::run(args, output),
+        Evaluate::Negatives(args) => negatives::run(args, output),
+        Evaluate::Cost(args) => cost::run(args, output),
+        Evaluate::Motions(args) => motions::run(args, output),
+    }
+}

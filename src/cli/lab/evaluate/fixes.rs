@@ -1,0 +1,123 @@
+//! `overfly evaluate fixes`: absolute registration scored against truth.
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::folder::make_folder;
+use crate::cli::lab::fix_score::{default_right_m, fix_text};
+use crate::cli::layer::chosen_layer;
+use crate::cli::number::positive;
+use crate::cli::output::Output;
+use crate::cli::threads::default_threads;
+use overfly_flight::locate::Answer;
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight, write_fixes};
+use overfly_store::Reader;
+use serde::Serialize;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+A flight is a folder with flight.csv, camera.toml and the images. The columns of flight.csv are image,time_s,true_latitude_deg,
+true_longitude_deg,true_heading_deg,height_agl_m,heading_deg,pitch_deg,roll_deg; heading_deg and height_agl_m are sensor values.
+
+A fix is right if it lies within --right-m of the truth, and false otherwise. No fix is neither right nor false.
+
+Example:
+  overfly evaluate fixes --db map.gpkg --flight flights/0716 --prior-error-m 300 --out scored";
+
+/// Arguments of `evaluate fixes`.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// The store.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// The flight: a folder with flight.csv, camera.toml and images.
+    #[arg(long, value_name = "DIR")]
+    flight: PathBuf,
+    /// Which layer [default: the only one, or ortho].
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// The prior is displaced by a uniform error of at most this per axis, metres.
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    prior_error_m: f64,
+    /// Seed of the displacements: equal seeds give equal priors.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
+    #[arg(long, value_name = "M", value_parser = positive)]
+    right_m: Option<f64>,
+    /// One standard deviation of the heading prior, degrees.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
+    heading_sigma_deg: f64,
+    /// One standard deviation of the height, as a ratio.
+    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
+    height_sigma_ratio: f64,
+    /// Search without a heading prior.
+    #[arg(long)]
+    unknown_heading: bool,
+    /// Search without a position prior: over the whole layer.
+    #[arg(long)]
+    unknown_position: bool,
+    /// Threads of each search.
+    #[arg(long, value_name = "N", default_value_t = default_threads())]
+    threads: NonZeroUsize,
+    /// Write fixes.csv here: one row per frame, from which the score can be recomputed.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// One frame as a JSON line.
+#[derive(Serialize)]
+struct FrameLine<'a> {
+    image: &'a str,
+    #[serde(flatten)]
+    answer: &'a Answer,
+    error_m: Option<f64>,
+    in_ellipse95: Option<bool>,
+    decode_ms: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let flight = RecordedFlight::read(&args.flight)?;
+    let store = Reader::open(&args.db)?;
+    let layer = chosen_layer(&store, args.layer.as_deref())?;
+    let right_m = match args.right_m {
+        Some(right_m) => right_m,
+        None => default_right_m(&store, layer)?,
+    };
+    let trial = FixTrial {
+        layer: layer.name.clone(),
+        prior_error_m: args.prior_error_m,
+        seed: args.seed,
+        heading_sigma_deg: (!args.unknown_heading).then_some(args.heading_sigma_deg),
+        height_sigma_ratio: args.height_sigma_ratio,
+        unknown_position: args.unknown_position,
+        threads: args.threads.get(),
+    };
+    args.out.as_deref().map_or(Ok(()), make_folder)?;
+    let bar = output.progress(flight.frames.len() as u64, "frames");
+    let outcomes = trial.run(&store, &flight, |outcome| {
+        bar.inc(1);
+        if output.is_json() {
+            output.say(&frame_line(outcome), String::new);
+        }
+    })?;
+    bar.finish_and_clear();
+    if let Some(folder) = &args.out {
+        output.note(&format!("wrote {}", write_fixes(folder, &outcomes)?.display()));
+    }
+    let score = FixScore::from_outcomes(&outcomes, right_m, args.threads.get());
+    output.say(&score, || fix_text(&score));
+    Ok(Exit::Done)
+}
+
+fn frame_line(outcome: &FixOutcome) -> FrameLine<'_> {
+    FrameLine {
+        image: &outcome.image,
+        answer: &outcome.answer,
+        error_m: outcome.error.map(overfly_core::geodesy::Enu::length_m),
+        in_ellipse95: outcome.is_in_ellipse95(),
+        decode_ms: outcome.decode_ms,
+    }
+}

@@ -1,0 +1,185 @@
+//! `overfly evaluate negatives`: measures the rate of false fixes.
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::folder::make_folder;
+use crate::cli::layer::chosen_layer;
+use crate::cli::number::{positive, share};
+use crate::cli::output::Output;
+use crate::cli::threads::default_threads;
+use overfly_flight::locate::Answer;
+use overfly_lab::report::calibration_svg;
+use overfly_lab::trial::{
+    NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, RecordedFlight, write_negatives,
+};
+use overfly_store::Reader;
+use serde::Serialize;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+Every trial is a search that must end without a fix; every fix is false. The kinds of trials:
+  elsewhere  a real frame, searched for in a region (grown by the frame's reach) that does not contain it
+  mirrored   left and right exchanged, as over a mirrored map
+  turned     rotated by 90, 180 or 270 degrees, with the unrotated heading as prior
+  noise      white or smoothed          water    faint ripples
+  blank      one value, a gradient, a vignette
+  fields     stripes, chequers, crop rows, repeating parcels
+  scaled     magnified 1.3 to 1.6 times, with the true height as prior
+  foreign    frames of another place, given with --foreign-flight
+
+Regions are given as areas in usual squares (twice --prior-error-m wide). A layer smaller than a region is searched as a whole;
+searched_ratio is the area searched. If `elsewhere` has no room, its trials are skipped and counted.
+
+If n trials accept no fix, the rate is below 3 / n with 95 % confidence. Calibration: each answer states how many matches as good as its
+best place are expected by chance (log10_false_alarms); of n trials, at most n * 10^x may state less than 10^x. `scaled` is left out of
+the calibration, because its frames do show ground of the region.
+
+With --json: one line per accepted trial, then the summary. Exit code 0 whatever was accepted.
+
+Example:
+  overfly evaluate negatives --db map.gpkg --flight flights/0716 --trials 20000 --out scored";
+
+/// Arguments of `evaluate negatives`.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// The store.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// The flight whose frames, camera and headings are used: a folder with flight.csv, camera.toml and images.
+    #[arg(long, value_name = "DIR")]
+    flight: PathBuf,
+    /// A flight over another place, for trials of the kind `foreign`.
+    #[arg(long, value_name = "DIR")]
+    foreign_flight: Option<PathBuf>,
+    /// Which layer [default: the only one, or ortho].
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// Number of trials, spread evenly over kinds and regions.
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    trials: usize,
+    /// Seed: equal seeds give equal trials.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Half width of the usual square, metres.
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    prior_error_m: f64,
+    /// Areas to search, in usual squares.
+    #[arg(long, value_name = "RATIO,...", value_parser = positive, value_delimiter = ',', default_values_t = [1.0, 10.0, 100.0])]
+    regions: Vec<f64>,
+    /// Kinds of trials [default: all; foreign only with --foreign-flight].
+    #[arg(long, value_name = "KIND,...", value_delimiter = ',')]
+    kinds: Option<Vec<NegativeKind>>,
+    /// Share of the trials without a heading prior (`turned` always has one).
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.5)]
+    unknown_heading_share: f64,
+    /// One standard deviation of the heading prior, degrees.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
+    heading_sigma_deg: f64,
+    /// One standard deviation of the height, as a ratio.
+    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
+    height_sigma_ratio: f64,
+    /// Trials that run at the same time; each search uses one thread.
+    #[arg(long, value_name = "N", default_value_t = default_threads())]
+    threads: NonZeroUsize,
+    /// Write negatives.csv (one row per trial) and calibration.svg here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// An accepted trial as a JSON line.
+#[derive(Serialize)]
+struct AcceptedLine<'a> {
+    trial: usize,
+    kind: NegativeKind,
+    region: f64,
+    image: &'a str,
+    heading_known: bool,
+    #[serde(flatten)]
+    answer: &'a Answer,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let flight = RecordedFlight::read(&args.flight)?;
+    let foreign = args.foreign_flight.as_deref().map(RecordedFlight::read).transpose()?;
+    let store = Reader::open(&args.db)?;
+    let layer = chosen_layer(&store, args.layer.as_deref())?;
+    let trial = NegativeTrial {
+        layer: layer.name.clone(),
+        trials: args.trials,
+        seed: args.seed,
+        prior_error_m: args.prior_error_m,
+        regions: args.regions.clone(),
+        kinds: args.kinds.clone().unwrap_or_else(|| NegativeKind::ALL.to_vec()),
+        unknown_heading_share: args.unknown_heading_share,
+        heading_sigma_deg: args.heading_sigma_deg,
+        height_sigma_ratio: args.height_sigma_ratio,
+        threads: args.threads.get(),
+    };
+    args.out.as_deref().map_or(Ok(()), make_folder)?;
+    let bar = output.progress(args.trials as u64, "trials");
+    let outcomes = trial.run(&store, &flight, foreign.as_ref(), |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    let score = NegativeScore::from_outcomes(&outcomes, args.threads.get());
+    if let Some(folder) = &args.out {
+        output.note(&format!("wrote {}", write_negatives(folder, &outcomes)?.display()));
+        output.write(&folder.join("calibration.svg"), calibration_svg(&score).as_bytes())?;
+    }
+    if output.is_json() {
+        outcomes.iter().filter_map(accepted_line).for_each(|line| output.say(&line, String::new));
+    }
+    output.say(&score, || text(&score));
+    Ok(Exit::Done)
+}
+
+fn accepted_line(outcome: &NegativeOutcome) -> Option<AcceptedLine<'_>> {
+    let answer = &outcome.search.as_ref()?.answer;
+    outcome.is_accepted().then_some(AcceptedLine {
+        trial: outcome.number,
+        kind: outcome.kind,
+        region: outcome.region,
+        image: &outcome.image,
+        heading_known: outcome.is_heading_known,
+        answer,
+    })
+}
+
+/// The score as text.
+fn text(score: &NegativeScore) -> String {
+    let mut text = format!(
+        "trials     {} ({} skipped)\naccepted   {} (false fixes)\nrate       below {:.1e} with 95 % confidence\n\n  \
+         kind         area  trials  skipped  accepted  rate below   least log10\n",
+        score.trials, score.skipped, score.accepted, score.false_rate_upper95
+    );
+    for k in &score.by_kind {
+        let least = k.least_log10_false_alarms.map_or("-".into(), |l| format!("{l:.1}"));
+        text.push_str(&format!(
+            "  {:<10} {:>6} {:>7} {:>8} {:>9} {:>11.1e} {:>13}\n",
+            k.kind.word(),
+            k.region,
+            k.trials,
+            k.skipped,
+            k.accepted,
+            k.false_rate_upper95,
+            least
+        ));
+    }
+    for r in &score.by_region {
+        let searched = r.searched_ratio.map_or("nothing".into(), |s| format!("{:.1} (at most {:.1})", s.median, s.max));
+        text.push_str(&format!(
+            "\narea {}: {} accepted of {}, rate below {:.1e}; map searched {searched} usual squares, median\n  \
+             stated below  observed  expected at most\n",
+            r.region, r.accepted, r.trials, r.false_rate_upper95
+        ));
+        for c in &r.calibration {
+            let verdict = if c.is_kept { "" } else { "  too many" };
+            text.push_str(&format!(
+                "  10^{:<10} {:>8} {:>16.2}{verdict}\n",
+                c.log10_false_alarms, c.observed, c.expected
+            ));
+        }
+    }
+    text.trim_end().to_owned()
+}

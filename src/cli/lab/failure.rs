@@ -1,0 +1,20 @@
+//! The failures of trials.
+
+use crate::cli::failure::Failure;
+use crate::cli::preflight::remedy::spell as spell_ingest;
+use crate::cli::remedy::{locate_remedy, spell};
+use overfly_lab::trial::TrialError;
+
+impl From<TrialError> for Failure {
+    fn from(error: TrialError) -> Self {
+        let remedy = match &error {
+            TrialError::Store(error) => error.remedy().map(|remedy| spell(remedy).to_owned()),
+            TrialError::Imagery(error) => error.remedy().as_ref().map(spell_ingest),
+            TrialError::Locate { cause, .. } => locate_remedy(cause).map(str::to_owned),
+            _ => None,
+        };
+        let code = error.code();
+        let failure = if error.is_input() { Self::unusable(code, error) } else { Self::failed(code, error) };
+        failure.with_remedy(remedy)
+    }
+}

@@ -1,0 +1,46 @@
+//! What `demo`, `fly` and `evaluate fixes` have in common: when a fix is right, and the score as text.
+
+use crate::cli::failure::Failure;
+use overfly_lab::trial::{FixScore, Quantiles};
+use overfly_store::{Layer, Reader};
+
+/// The greatest error of a right fix, metres: three ground pixels of the layer's coarsest source.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn default_right_m(store: &Reader, layer: &Layer) -> Result<f64, Failure> {
+    let coarsest = store.sources(layer)?.iter().map(|s| s.gsd_m_per_px).fold(0.0, f64::max);
+    Ok(3.0 * coarsest)
+}
+
+/// The score as text.
+pub fn fix_text(score: &FixScore) -> String {
+    let spread = |s: &Option<Quantiles>, digits: usize| {
+        s.map_or("none".into(), |s| {
+            format!("median {:.digits$}, 95 % {:.digits$}, max {:.digits$}", s.median, s.p95, s.max)
+        })
+    };
+    format!(
+        "frames     {} ({} fixes, {} no fix)\nright      {} (within {:.2} m)\nfalse      {}\nerror      {} m\n\
+         ellipse    {} of the fixes have the truth in their own 95 % ellipse (half axis {} m)\n\
+         NEES       {}\n\
+         elapsed    {} ms per frame on {} threads (decoding {})\ntiles      {} searched",
+        score.frames,
+        score.fixes,
+        score.no_fix,
+        score.right,
+        score.right_m,
+        score.wrong,
+        spread(&score.error_m, 2),
+        score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.1} %", 100.0 * c)),
+        spread(&score.semi_major_95_m, 2),
+        score.nees.map_or("none".into(), |n| {
+            let [low, high] = n.band95;
+            format!("mean {:.2} (true covariances: {low:.2} to {high:.2}), trimmed {:.2}", n.mean, n.trimmed_mean)
+        }),
+        spread(&score.elapsed_ms, 0),
+        score.threads,
+        spread(&score.decode_ms, 1),
+        spread(&score.tiles_searched, 0),
+    )
+}

@@ -1,0 +1,190 @@
+//! `overfly build`: makes a store from orthophotos.
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::number;
+use crate::cli::output::Output;
+use crate::cli::preflight::remedy::explain_rejected;
+use overfly_ingest::build::{self, BuildEstimate, BuildSummary, Progress, Rejected, Request};
+use overfly_store::remove_layer;
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+A layer is one epoch of imagery; a store holds any number of layers. Running build again on a layer adds to it, and continues an
+interrupted build. Within a layer, newer sources cover older ones; sources without a date count as oldest.
+
+Examples:
+  overfly build --db map.gpkg photos/ --dry-run
+  overfly build --db map.gpkg photos/2018 --layer y2018 --date 2018-07-16 --horizontal-error-m 1.5
+  overfly build --db map.gpkg scene_16bit.tif --stretch 0,4000
+  overfly build --db map.gpkg --layer y2018 --remove-source photos/2018/old.tif
+
+Exit codes: 0 done; 1 failed, or a source was left out; 2 no usable source.";
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// The store (a GeoPackage); created if it does not exist.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// Orthophotos (GeoTIFF, COG, PNG or JPEG with world file), or folders to search for them. A source whose content has changed
+    /// replaces the earlier one at the same path.
+    #[arg(value_name = "SOURCE")]
+    sources: Vec<PathBuf>,
+    /// Layer to build.
+    #[arg(long, default_value = "ortho", value_name = "NAME")]
+    layer: String,
+    /// Finest zoom level, 0 to 23, of Web Mercator tiles of 512 px [default: the one that keeps the resolution of the finest source]
+    #[arg(long, value_name = "Z")]
+    zoom: Option<u8>,
+    /// Acquisition date of the given sources, YYYY-MM-DD [default: from their metadata, else unknown]
+    #[arg(long, value_name = "D")]
+    date: Option<String>,
+    /// EPSG code of the given sources; overrides their own.
+    #[arg(long, value_name = "EPSG")]
+    crs: Option<u32>,
+    /// Sample values shown as black and white; required for samples of more than 8 bits.
+    #[arg(long, value_name = "LO,HI", value_parser = number::stretch, allow_hyphen_values = true)]
+    stretch: Option<(f64, f64)>,
+    /// Position error of the given sources, one standard deviation per axis, metres; it is part of the covariance of every fix made on
+    /// them. Never less than the uncertainty of their datum shift (1 m for NAD83), which is the default
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    horizontal_error_m: Option<f64>,
+    /// Threads for warping and encoding [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// BuildEstimate tiles, bytes and time; write nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// Build the layer from the given sources only.
+    #[arg(long)]
+    replace_layer: bool,
+    /// Remove a source from the layer: its path, or at least 8 digits of its hash. May be repeated.
+    #[arg(long, value_name = "SOURCE")]
+    remove_source: Vec<String>,
+    /// Remove the whole layer from the store.
+    #[arg(long, conflicts_with_all = ["sources", "remove_source", "replace_layer", "dry_run"])]
+    remove_layer: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if args.remove_layer {
+        remove_layer(&args.db, &args.layer)?;
+        let removed = serde_json::json!({"db": args.db, "removed_layer": args.layer});
+        output.say(&removed, || format!("{}: layer {} removed", args.db.display(), args.layer));
+        return Ok(Exit::Done);
+    }
+    let request = request(args);
+    if args.dry_run {
+        let mut estimate = build::dry_run(&request)?;
+        explain_rejected(&mut estimate.rejected);
+        name_rejected(output, &estimate.rejected);
+        name_undated(output, estimate.undated_sources, estimate.sources);
+        output.say(&estimate, || describe_estimate(&estimate));
+        return Ok(exit(&estimate.rejected));
+    }
+    let bar = output.progress(0, "tiles");
+    let mut progress = |state: Progress| {
+        bar.set_length(state.total as u64);
+        bar.set_position(state.done as u64);
+        ControlFlow::Continue(())
+    };
+    let outcome = build::run(&request, &mut progress);
+    bar.finish_and_clear();
+    let mut summary = outcome?;
+    explain_rejected(&mut summary.rejected);
+    name_rejected(output, &summary.rejected);
+    name_undated(output, summary.undated_sources, summary.sources);
+    output.say(&summary, || describe(&summary));
+    Ok(exit(&summary.rejected))
+}
+
+fn request(args: &Args) -> Request {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    Request {
+        db: args.db.clone(),
+        layer: args.layer.clone(),
+        sources: args.sources.clone(),
+        zoom: args.zoom,
+        date: args.date.clone(),
+        crs: args.crs,
+        stretch: args.stretch,
+        horizontal_error_m: args.horizontal_error_m,
+        threads: args.threads.map_or_else(cores, usize::from),
+        replace_layer: args.replace_layer,
+        remove_sources: args.remove_source.clone(),
+    }
+}
+
+fn exit(rejected: &[Rejected]) -> Exit {
+    if rejected.is_empty() { Exit::Done } else { Exit::Failed }
+}
+
+/// Most sources per kind of refusal that are named one by one; `--json` lists all.
+const NAMED: usize = 3;
+
+fn name_rejected(output: &Output, rejected: &[Rejected]) {
+    let mut by_code: BTreeMap<&str, Vec<&Rejected>> = BTreeMap::new();
+    for one in rejected {
+        by_code.entry(one.code).or_default().push(one);
+    }
+    for (code, these) in by_code {
+        for one in these.iter().take(NAMED) {
+            output.note(&format!("left out [{code}]: {}", one.message));
+        }
+        if let Some(more) = these.len().checked_sub(NAMED).filter(|&more| more > 0) {
+            output.note(&format!("left out [{code}]: {more} more; --json lists them"));
+        }
+    }
+}
+
+fn name_undated(output: &Output, undated: usize, sources: usize) {
+    if undated > 0 {
+        let order = if undated > 1 { "; their order among themselves is arbitrary" } else { "" };
+        let which = if sources == 1 { "the source has".into() } else { format!("{undated} of {sources} sources have") };
+        output.note(&format!("note: {which} no date and counts as oldest{order}: set it with --date"));
+    }
+}
+
+/// A number of sources as text.
+fn sources_text(sources: usize) -> String {
+    if sources == 1 { "1 source".into() } else { format!("{sources} sources") }
+}
+
+fn describe(summary: &BuildSummary) -> String {
+    let BuildSummary { layer, sources, tiles, computed_tiles, kept_tiles, removed_tiles, .. } = summary;
+    let sources = sources_text(*sources);
+    let rate = match summary.source_megapixels / summary.elapsed_s.max(1e-3) {
+        rate if *computed_tiles > 0 && rate > 0.0 => format!(" ({rate:.1} source megapixels/s)"),
+        _ => String::new(),
+    };
+    format!(
+        "{}: layer {layer} of {sources}, {tiles} tiles at zoom {} to {}\n\
+         {computed_tiles} computed, {kept_tiles} kept, {removed_tiles} removed in {:.1} s{rate}\n\
+         {:.1} MB, digest {}",
+        summary.db.display(),
+        summary.min_zoom,
+        summary.base_zoom,
+        summary.elapsed_s,
+        summary.bytes as f64 / 1e6,
+        summary.digest,
+    )
+}
+
+fn describe_estimate(estimate: &BuildEstimate) -> String {
+    let BuildEstimate { layer, sources, base_tiles, overview_tiles, kept_tiles, removed_tiles, .. } = estimate;
+    let sources = sources_text(*sources);
+    format!(
+        "layer {layer} of {sources} at zoom {} to {}\n\
+         to compute: {base_tiles} base tiles and {overview_tiles} overviews; {kept_tiles} kept, {removed_tiles} removed\n\
+         about {:.1} MB and {:.1} s; nothing was written",
+        estimate.min_zoom,
+        estimate.base_zoom,
+        estimate.estimated_bytes as f64 / 1e6,
+        estimate.estimated_s,
+    )
+}

@@ -1,0 +1,190 @@
+//! `overfly export`: cuts out what one flight needs, for the aircraft's storage.
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::number::positive;
+use crate::cli::output::Output;
+use overfly_core::coupling::Calibration;
+use overfly_core::tile::gsd_at;
+use overfly_ingest::export::{
+    CorridorCoverage, CorridorDrift, ExportRequest, Exported, ExportedLevel, Preview, export, preview,
+};
+use overfly_ingest::plan::{read_aircraft, read_calibration, read_routes};
+use overfly_store::Reader;
+use overfly_store::package::{Date, SecretKey, parse_date};
+use serde::Serialize;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+The route is given as lines of GeoJSON, GPX or KML. Lines that follow one another are legs; any other line is an alternate. The export
+holds the tiles of all levels that meet the corridor (W metres on each side of the route) and the neighbours that a search also reads. A
+search whose ground lies inside the corridor therefore answers as it would over the full store; for that, W must be at least the prior's
+error plus half an image's diagonal plus a third of an image. With --aircraft, the corridor grows along the route by that, and by the
+drift of relative registrations without any fix since the start.
+
+--max-bytes drops, only as far as needed and in this order: the keypoint descriptors (no fix uses them); whole layers, oldest first,
+down to one; its finest levels, down to one; the quality of its imagery (JPEG 60, then 40). What was dropped, and its effect, is printed
+and recorded in the manifest.
+
+The file is renamed into place when it is complete; equal requests give equal bytes. The file is sealed: `overfly verify` checks every
+byte, and no build writes to it.
+
+Examples:
+  overfly export --db map.gpkg --route route.geojson --corridor-m 1500 --out flight.gpkg --dry-run
+  overfly export --db map.gpkg --route route.gpx --corridor-m 500 --aircraft aircraft.toml --calibration calibration.toml \\
+      --out flight.gpkg --valid-until 2027-03-31 --sign ground.key";
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct Args {
+    /// The store to cut from.
+    #[arg(long, value_name = "FILE")]
+    db: PathBuf,
+    /// The route: GeoJSON, GPX or KML.
+    #[arg(long, value_name = "FILE")]
+    route: PathBuf,
+    /// W: width of the corridor on each side of the route, metres.
+    #[arg(long, value_name = "W", value_parser = positive)]
+    corridor_m: f64,
+    /// The file to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Export only this layer; may be repeated [default: all].
+    #[arg(long, value_name = "NAME")]
+    layer: Vec<String>,
+    /// Print what would be exported and what the map shows along the route; write nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// Drop what is needed least until the file has at most N bytes.
+    #[arg(long, value_name = "N")]
+    max_bytes: Option<u64>,
+    /// Encode the imagery again with this JPEG quality, 1 to 100; docs/onboard.md has the effect on fixes.
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    jpeg_quality: Option<u8>,
+    /// The last day on which the export may be flown (UTC).
+    #[arg(long, value_name = "DATE", value_parser = parse_date)]
+    valid_until: Option<Date>,
+    /// Sign the export with this key (see `overfly keygen`).
+    #[arg(long, value_name = "KEY")]
+    sign: Option<PathBuf>,
+    /// Widen the corridor along the route by this aircraft's drift (see `overfly plan --help`).
+    #[arg(long, value_name = "FILE")]
+    aircraft: Option<PathBuf>,
+    /// The file that `overfly calibrate` wrote [default: the project's constants].
+    #[arg(long, value_name = "FILE", requires = "aircraft")]
+    calibration: Option<PathBuf>,
+}
+
+/// The result of a dry run as JSON.
+#[derive(Serialize)]
+struct Previewed<'a> {
+    dry_run: bool,
+    #[serde(flatten)]
+    preview: &'a Preview,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let store = Reader::open(&args.db)?;
+    let request = request(args, &store)?;
+    if args.dry_run {
+        let preview = preview(&store, &request)?;
+        steps(&preview.coverage, output);
+        output.say(&Previewed { dry_run: true, preview: &preview }, || previewed(args, &preview));
+        return Ok(Exit::Done);
+    }
+    let exported = output.during("tiles", |tell| export(&store, &request, &args.out, tell))?;
+    steps(&exported.coverage, output);
+    output.say(&exported, || text(args, &exported));
+    Ok(Exit::Done)
+}
+
+fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
+    let routes = read_routes(&args.route)?;
+    let calibration = args.calibration.as_deref().map(read_calibration).transpose()?;
+    let drift = match &args.aircraft {
+        Some(path) => {
+            let aircraft = read_aircraft(path)?;
+            let known = calibration.unwrap_or(Calibration::PROJECT);
+            let parameters = aircraft
+                .parameters(&known, map_gsd_m_per_px(store))
+                .map_err(overfly_ingest::export::ExportError::from)?;
+            Some(CorridorDrift(parameters))
+        }
+        None => None,
+    };
+    Ok(ExportRequest {
+        routes,
+        corridor_m: args.corridor_m,
+        calibration: drift.map(|_| calibration.unwrap_or(Calibration::PROJECT)),
+        drift,
+        layers: args.layer.clone(),
+        max_bytes: args.max_bytes,
+        jpeg_quality: args.jpeg_quality,
+        valid_until: args.valid_until,
+        key: args.sign.as_deref().map(SecretKey::read).transpose()?,
+    })
+}
+
+/// The ground sample distance of the coarsest base level, in the middle of its layer, m/px.
+fn map_gsd_m_per_px(store: &Reader) -> Option<f64> {
+    let layer = store.layers().iter().filter(|l| l.complete).min_by_key(|l| l.base_zoom)?;
+    Some(gsd_at(layer.bounds_deg.middle().ok()?, layer.base_zoom).mean_m_per_px())
+}
+
+fn steps(coverage: &[CorridorCoverage], output: &Output) {
+    if output.is_json() {
+        coverage.iter().flat_map(|c| &c.steps).for_each(|step| output.say(step, String::new));
+    }
+}
+
+fn table(parts: &[ExportedLevel]) -> String {
+    let mut text = String::from("layer                 level    tiles        imagery    descriptors          cells\n");
+    for part in parts {
+        let b = part.bytes;
+        let row = format!(
+            "{:<20} {:>6} {:>8} {:>14} {:>14} {:>14}\n",
+            part.layer, part.zoom, part.tiles, b.imagery, b.descriptors, b.cells
+        );
+        text.push_str(&row);
+    }
+    text
+}
+
+fn coverage_text(coverage: &[CorridorCoverage]) -> String {
+    let line = |c: &CorridorCoverage| {
+        format!(
+            "layer {}: the map shows {:.1} % of the corridor, {:.1} % where it shows least; less than half in {:.1} % of the way",
+            c.layer,
+            100.0 * c.mean,
+            100.0 * c.least,
+            100.0 * c.poor_share
+        )
+    };
+    coverage.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn previewed(args: &Args, preview: &Preview) -> String {
+    let allowed = args.max_bytes.filter(|most| preview.bytes > *most).map_or(String::new(), |most| {
+        format!("that is more than the {most} allowed: the export drops what is needed least, and lists it\n")
+    });
+    format!(
+        "{}{} bytes; footprints, indexes and partly filled pages add about half a megabyte and 10 kB a tile\n{allowed}\
+         the corridor is up to {:.0} m wide on each side\n{}",
+        table(&preview.parts),
+        preview.bytes,
+        preview.widest_m,
+        coverage_text(&preview.coverage)
+    )
+}
+
+fn text(args: &Args, exported: &Exported) -> String {
+    let mut text = format!("{}{}\n", table(&exported.parts), coverage_text(&exported.coverage));
+    for dropped in &exported.dropped {
+        text.push_str(&format!("dropped {}: {}\n", dropped.what, dropped.effect));
+    }
+    let signed = exported.signed_by.as_ref().map_or("not signed".into(), |key| format!("signed by {key}"));
+    text.push_str(&format!("{}: {} bytes, digest {}, {signed}", args.out.display(), exported.bytes, exported.digest));
+    text
+}

@@ -1,0 +1,32 @@
+//! The commands of the feature `preflight`: from orthophotos to the store that flies.
+
+mod build;
+mod export;
+mod failure;
+mod merge;
+pub(super) mod remedy;
+
+use crate::cli::exit::Exit;
+use crate::cli::failure::Failure;
+use crate::cli::output::Output;
+use clap::Subcommand;
+
+/// What can be done before the flight.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Build a store from orthophotos.
+    Build(build::Args),
+    /// Merge stores that were built separately into one.
+    Merge(merge::Args),
+    /// Cut out what one flight needs, for the aircraft's storage.
+    Export(Box<export::Args>),
+}
+
+/// Runs the command.
+pub fn run(command: &Command, output: &Output) -> Result<Exit, Failure> {
+    match command {
+        Command::Build(args) => build::run(args, output),
+        Command::Merge(args) => merge::run(args, output),
+        Command::Export(args) => export::run(args, output),
+    }
+}

@@ -1,0 +1,175 @@
+//! `AnswerJson`: a fix, or no fix and why.
+
+use overfly_flight::locate::{Answer, Fix, NoFix, Point, Reason};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// A fix, or none and why. `status` is "fix" or "no_fix".
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Answer)]
+#[serde(tag = "status", rename_all = "snake_case")]
+pub(crate) enum AnswerJson {
+    /// Located.
+    Fix(FixJson),
+    /// Not located.
+    NoFix(NoFixJson),
+}
+
+/// A position on the ground, degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[schema(as = Point)]
+pub(crate) struct PointJson {
+    /// Degrees north.
+    latitude_deg: f64,
+    /// Degrees east.
+    longitude_deg: f64,
+}
+
+/// Where the camera was.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Fix)]
+pub(crate) struct FixJson {
+    /// Of the nadir, degrees.
+    latitude_deg: f64,
+    /// Of the nadir, degrees.
+    longitude_deg: f64,
+    /// Azimuth of the image's upper edge, degrees clockwise from true north, [0, 360).
+    heading_deg: f64,
+    /// One standard deviation, degrees.
+    heading_sigma_deg: f64,
+    /// Ground sample distance of the frame as found, metres per pixel.
+    gsd_m_per_px: f64,
+    /// One standard deviation of the scale, as a ratio.
+    scale_sigma_ratio: f64,
+    /// [[east-east, east-north], [east-north, north-north]], m^2; the map's own error included.
+    covariance_m2: [[f64; 2]; 2],
+    /// Strength of the evidence, in standard deviations of the correlation surface.
+    score: f64,
+    /// Probability that an accepted fix of this evidence is wrong.
+    false_fix_probability: f64,
+    /// log10 of the number of accidents as good as this one to expect in a search of this size.
+    log10_false_alarms: Option<f64>,
+    /// The ground in the middle of the image.
+    image_centre: PointJson,
+    /// Local windows that agree.
+    inliers: usize,
+    /// Base tiles whose imagery was searched.
+    tiles_searched: usize,
+    /// The paper's count for this search.
+    nominal_count: f64,
+    /// Newest acquisition date of the map there, where known.
+    map_epoch: Option<String>,
+    /// The request's image time.
+    time_s: Option<f64>,
+    /// From the decoded frame to this answer, milliseconds.
+    elapsed_ms: f64,
+}
+
+/// No fix.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = NoFix)]
+pub(crate) struct NoFixJson {
+    /// A stable word.
+    reason: ReasonJson,
+    /// For people: the figures behind the reason.
+    detail: String,
+    /// Best score seen, where a search was made.
+    score: Option<f64>,
+    /// log10 of the number of accidents as good as the best place to expect in a search of this size; absent where no
+    /// place had windows that agree.
+    log10_false_alarms: Option<f64>,
+    /// Base tiles whose imagery was searched.
+    tiles_searched: usize,
+    /// The paper's count for this search.
+    nominal_count: f64,
+    /// The request's image time.
+    time_s: Option<f64>,
+    /// From the decoded frame to this answer, milliseconds.
+    elapsed_ms: f64,
+}
+
+/// Why there is no fix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = Reason)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum ReasonJson {
+    /// The search region holds no map.
+    OutsideMap,
+    /// The frame shows too little structure.
+    TooLittleStructure,
+    /// The best place is not clearly better than the rest.
+    Ambiguous,
+    /// Too few local windows agree on one similarity.
+    TooFewAgreeingWindows,
+    /// The similarity found contradicts the stated scale.
+    InconsistentScale,
+    /// The similarity found contradicts the stated heading.
+    InconsistentHeading,
+}
+
+impl From<Answer> for AnswerJson {
+    fn from(answer: Answer) -> Self {
+        match answer {
+            Answer::Fix(fix) => Self::Fix(fix.into()),
+            Answer::NoFix(no_fix) => Self::NoFix(no_fix.into()),
+        }
+    }
+}
+
+impl From<Point> for PointJson {
+    fn from(point: Point) -> Self {
+        Self { latitude_deg: point.latitude_deg, longitude_deg: point.longitude_deg }
+    }
+}
+
+impl From<Fix> for FixJson {
+    fn from(fix: Fix) -> Self {
+        Self {
+            latitude_deg: fix.latitude_deg,
+            longitude_deg: fix.longitude_deg,
+            heading_deg: fix.heading_deg,
+            heading_sigma_deg: fix.heading_sigma_deg,
+            gsd_m_per_px: fix.gsd_m_per_px,
+            scale_sigma_ratio: fix.scale_sigma_ratio,
+            covariance_m2: fix.covariance_m2,
+            score: fix.score,
+            false_fix_probability: fix.false_fix_probability,
+            log10_false_alarms: fix.log10_false_alarms,
+            image_centre: fix.image_centre.into(),
+            inliers: fix.inliers,
+            tiles_searched: fix.tiles_searched,
+            nominal_count: fix.nominal_count,
+            map_epoch: fix.map_epoch,
+            time_s: fix.time_s,
+            elapsed_ms: fix.elapsed_ms,
+        }
+    }
+}
+
+impl From<NoFix> for NoFixJson {
+    fn from(no_fix: NoFix) -> Self {
+        Self {
+            reason: no_fix.reason.into(),
+            detail: no_fix.detail,
+            score: no_fix.score,
+            log10_false_alarms: no_fix.log10_false_alarms,
+            tiles_searched: no_fix.tiles_searched,
+            nominal_count: no_fix.nominal_count,
+            time_s: no_fix.time_s,
+            elapsed_ms: no_fix.elapsed_ms,
+        }
+    }
+}
+
+impl From<Reason> for ReasonJson {
+    fn from(reason: Reason) -> Self {
+        match reason {
+            Reason::OutsideMap => Self::OutsideMap,
+            Reason::TooLittleStructure => Self::TooLittleStructure,
+            Reason::Ambiguous => Self::Ambiguous,
+            Reason::TooFewAgreeingWindows => Self::TooFewAgreeingWindows,
+            Reason::InconsistentScale => Self::InconsistentScale,
+            Reason::InconsistentHeading => Self::InconsistentHeading,
+        }
+    }
+}

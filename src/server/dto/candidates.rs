@@ -1,0 +1,102 @@
+//! `CandidatesJson`: the tiles to search.
+
+use super::geometry::GeometryJson;
+use overfly_core::geodesy::GeodeticBounds;
+use overfly_flight::locate::candidates::{Candidate, Candidates};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// The tiles to search and what the search will cost.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Candidates)]
+pub(crate) struct CandidatesJson {
+    /// The paper's count for this search: equation 3, 17 (parallel) or 28 (combined, flights of at most the turn radius);
+    /// elsewhere the region's area over one image's.
+    nominal_count: f64,
+    /// What is searched; cut at the antimeridian and at 85.05 degrees.
+    region: GeometryJson,
+    /// Best first: by falling probability, then by distance from the region's middle.
+    tiles: Vec<CandidateJson>,
+    /// Probability that the image's centre lies in the returned tiles.
+    containment: f64,
+    /// Seconds that searching the returned tiles takes (K1 of equation 4 times their number).
+    estimated_s: f64,
+}
+
+/// A tile that meets the region.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Candidate)]
+pub(crate) struct CandidateJson {
+    /// `layer/z/x/y`: its path under `/v1/tiles/`.
+    id: String,
+    /// Its layer.
+    layer: String,
+    /// Zoom.
+    z: u8,
+    /// Column, from the antimeridian eastwards.
+    x: u32,
+    /// Row, 0 north.
+    y: u32,
+    /// Exact extent, degrees.
+    bounds_deg: GeodeticBoundsJson,
+    /// Probability that the image's centre lies in it.
+    probability: f64,
+    /// Keypoints described in it.
+    keypoints: u32,
+    /// How unlike each other they are, in [0, 1].
+    distinctiveness: f64,
+    /// True ground sample distance at its centre (geometric mean of east and north).
+    gsd_m_per_px: f64,
+    /// Newest acquisition date in it (ISO 8601), where known.
+    acquired: Option<String>,
+}
+
+/// An extent in degrees, west to east; never crosses the antimeridian (a tile cannot).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+#[schema(as = GeodeticBounds)]
+pub(crate) struct GeodeticBoundsJson {
+    /// Western edge, degrees.
+    west: f64,
+    /// Southern edge, degrees.
+    south: f64,
+    /// Eastern edge, degrees.
+    east: f64,
+    /// Northern edge, degrees.
+    north: f64,
+}
+
+impl From<Candidates> for CandidatesJson {
+    fn from(found: Candidates) -> Self {
+        Self {
+            nominal_count: found.nominal_count,
+            region: found.region.into(),
+            tiles: found.tiles.into_iter().map(CandidateJson::from).collect(),
+            containment: found.containment,
+            estimated_s: found.estimated_s,
+        }
+    }
+}
+
+impl From<Candidate> for CandidateJson {
+    fn from(tile: Candidate) -> Self {
+        Self {
+            id: tile.id,
+            layer: tile.layer,
+            z: tile.z,
+            x: tile.x,
+            y: tile.y,
+            bounds_deg: tile.bounds_deg.into(),
+            probability: tile.probability,
+            keypoints: tile.keypoints,
+            distinctiveness: tile.distinctiveness,
+            gsd_m_per_px: tile.gsd_m_per_px,
+            acquired: tile.acquired,
+        }
+    }
+}
+
+impl From<GeodeticBounds> for GeodeticBoundsJson {
+    fn from(bounds: GeodeticBounds) -> Self {
+        Self { west: bounds.west_deg, south: bounds.south_deg, east: bounds.east_deg, north: bounds.north_deg }
+    }
+}

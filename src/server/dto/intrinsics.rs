@@ -1,0 +1,35 @@
+//! `IntrinsicsJson`: a camera.
+
+use overfly_core::camera::Intrinsics;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// A pinhole camera, as `camera.toml` spells it. Pixels are counted from the image's upper-left corner.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, ToSchema)]
+#[schema(as = Intrinsics)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct IntrinsicsJson {
+    /// Columns of the sensor.
+    width_px: u32,
+    /// Rows of the sensor.
+    height_px: u32,
+    /// Focal length, pixels.
+    focal_length_px: f64,
+    /// Principal point from the image's corner, pixels.
+    principal_point_px: [f64; 2],
+    /// k1, k2, p1, p2, k3.
+    #[serde(default)]
+    distortion: [f64; 5],
+}
+
+impl From<&IntrinsicsJson> for Intrinsics {
+    fn from(camera: &IntrinsicsJson) -> Self {
+        Self {
+            width_px: camera.width_px,
+            height_px: camera.height_px,
+            focal_length_px: camera.focal_length_px,
+            principal_point_px: camera.principal_point_px,
+            distortion: camera.distortion,
+        }
+    }
+}

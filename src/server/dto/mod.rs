@@ -1,0 +1,20 @@
+//! What the service takes and answers, as JSON and in /openapi.json: one file per noun, made from the libraries' own types.
+
+mod answer;
+mod candidates;
+mod coverage;
+mod export;
+mod geometry;
+mod intrinsics;
+mod layer;
+mod motion;
+mod tile_json;
+
+pub(super) use answer::AnswerJson;
+pub(super) use candidates::CandidatesJson;
+pub(super) use coverage::CoverageJson;
+pub(super) use export::{ExportParameters, ExportProgress};
+pub(super) use intrinsics::IntrinsicsJson;
+pub(super) use layer::LayerJson;
+pub(super) use motion::{MotionParameters, MotionReply};
+pub(super) use tile_json::TileJson;

@@ -1,0 +1,137 @@
+//! `MotionReply`: how one frame lies on another; `MotionParameters`: what is known before.
+
+use super::intrinsics::IntrinsicsJson;
+use crate::ground_motion::GroundMotion;
+use overfly_core::registration::relative::{Motion, MotionAnswer, NoMotionReason};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// What is known of two frames besides their pixels. Unknown keys are refused; none is required.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct MotionParameters {
+    /// Ground metres per pixel of image a: then the answer is also in metres. Or `height_m` and `camera`.
+    #[schema(exclusive_minimum = 0.0)]
+    pub gsd_m_per_px: Option<f64>,
+    /// Height above ground of image a, metres; needs `camera`.
+    pub height_m: Option<f64>,
+    /// The camera of both.
+    pub camera: Option<IntrinsicsJson>,
+}
+
+/// How image b lies on image a, or why that cannot be said.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub(crate) struct MotionReply {
+    /// The registration.
+    #[serde(flatten)]
+    answer: MotionAnswerJson,
+    /// The same on the ground, where a scale was stated.
+    #[serde(flatten)]
+    #[schema(value_type = GroundMotion)]
+    ground: Option<GroundMotion>,
+    /// From the decoded frames to this answer, milliseconds.
+    elapsed_ms: f64,
+}
+
+/// The answer: how frame b lies on frame a, or why that cannot be said.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = MotionAnswer)]
+#[serde(tag = "status", rename_all = "snake_case")]
+pub(crate) enum MotionAnswerJson {
+    /// Registered.
+    Motion(MotionJson),
+    /// Not registered.
+    NoMotion {
+        /// Why, as a stable word.
+        reason: NoMotionReasonJson,
+        /// Why, for people and logs.
+        detail: String,
+    },
+}
+
+/// Why two frames could not be registered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = NoMotionReason)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum NoMotionReasonJson {
+    /// Too few correspondences agree on one motion: another place, too little overlap, or too little texture.
+    TooFewAgreeingMatches,
+    /// Correspondences agree, but most others in the overlap so found, or its brightness, contradict: ground that
+    /// looks alike.
+    Contradicted,
+    /// They agree on a scale that the prior excludes.
+    OtherScale,
+}
+
+/// A similarity taking a point of image b to image a, pixels counted from the corner.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = Motion)]
+pub(crate) struct MotionJson {
+    /// Row-major 2 x 3: a point (x, y, 1) of b to a.
+    a_from_b: [[f64; 3]; 2],
+    /// Rotation of b against a, degrees in (-180, 180], clockwise as seen in the image.
+    rotation_deg: f64,
+    /// Pixels of a per pixel of b.
+    scale: f64,
+    /// Where b's centre lies in a minus a's centre, pixels of a: the displacement.
+    displacement_px: [f64; 2],
+    /// Covariance of `displacement_px`, px^2.
+    covariance_px2: [[f64; 2]; 2],
+    /// One standard deviation of `rotation_deg`.
+    rotation_sigma_deg: f64,
+    /// One standard deviation of `scale`, as a ratio of it.
+    scale_sigma_ratio: f64,
+    /// Correspondences that agree.
+    inliers: usize,
+    /// Correspondences that were tried.
+    matches: usize,
+    /// log10 of the number of agreements as large that accident makes in a pair of frames.
+    log10_false_alarms: f64,
+}
+
+impl MotionReply {
+    /// The reply to a registration that took `elapsed_ms`; in metres as well if image a's scale is known.
+    pub fn new(answer: MotionAnswer, gsd_m_per_px: Option<f64>, elapsed_ms: f64) -> Self {
+        let ground = match (&answer, gsd_m_per_px) {
+            (MotionAnswer::Motion(motion), Some(gsd_m_per_px)) => Some(GroundMotion::new(motion, gsd_m_per_px)),
+            _ => None,
+        };
+        Self { answer: answer.into(), ground, elapsed_ms }
+    }
+}
+
+impl From<MotionAnswer> for MotionAnswerJson {
+    fn from(answer: MotionAnswer) -> Self {
+        match answer {
+            MotionAnswer::Motion(motion) => Self::Motion(motion.into()),
+            MotionAnswer::NoMotion { reason, detail } => Self::NoMotion { reason: reason.into(), detail },
+        }
+    }
+}
+
+impl From<Motion> for MotionJson {
+    fn from(motion: Motion) -> Self {
+        Self {
+            a_from_b: motion.a_from_b,
+            rotation_deg: motion.rotation_deg,
+            scale: motion.scale,
+            displacement_px: motion.displacement_px,
+            covariance_px2: motion.covariance_px2,
+            rotation_sigma_deg: motion.rotation_sigma_deg,
+            scale_sigma_ratio: motion.scale_sigma_ratio,
+            inliers: motion.inliers,
+            matches: motion.matches,
+            log10_false_alarms: motion.log10_false_alarms,
+        }
+    }
+}
+
+impl From<NoMotionReason> for NoMotionReasonJson {
+    fn from(reason: NoMotionReason) -> Self {
+        match reason {
+            NoMotionReason::TooFewAgreeingMatches => Self::TooFewAgreeingMatches,
+            NoMotionReason::Contradicted => Self::Contradicted,
+            NoMotionReason::OtherScale => Self::OtherScale,
+        }
+    }
+}

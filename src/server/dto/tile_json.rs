@@ -1,0 +1,56 @@
+//! `TileJson`: a layer as map viewers read it.
+
+use overfly_core::geodesy::GeodeticBounds;
+use overfly_core::tile::TILE_SIZE_PX;
+use overfly_store::Layer;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// A layer as TileJSON 3.0.0 describes it, with `tileSize` as MapLibre reads it.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub(crate) struct TileJson {
+    /// "3.0.0".
+    tilejson: &'static str,
+    /// The layer.
+    name: String,
+    /// Address of a tile, absolute where the request says under which name the service is reached.
+    tiles: Vec<String>,
+    /// "xyz".
+    scheme: &'static str,
+    /// Coarsest level.
+    minzoom: u8,
+    /// Finest level.
+    maxzoom: u8,
+    /// West, south, east, north, degrees.
+    bounds: [f64; 4],
+    /// Longitude, latitude, zoom to start at.
+    center: [f64; 3],
+    /// 512.
+    #[serde(rename = "tileSize")]
+    tile_size: u32,
+}
+
+impl TileJson {
+    /// The description of a layer whose tiles are at `{origin}/v1/tiles/`.
+    pub fn new(layer: &Layer, origin: &str) -> Self {
+        let GeodeticBounds { west_deg: west, south_deg: south, north_deg: north, .. } = layer.bounds_deg;
+        // Viewers read the bounds as an interval: east stays above west across the antimeridian.
+        let east = layer.bounds_deg.unwrapped_east_deg();
+        let middle = (west + east) / 2.0;
+        Self {
+            tilejson: "3.0.0",
+            name: layer.name.clone(),
+            tiles: vec![format!("{origin}/v1/tiles/{}/{{z}}/{{x}}/{{y}}", layer.name)],
+            scheme: "xyz",
+            minzoom: layer.min_zoom,
+            maxzoom: layer.base_zoom,
+            bounds: [west, south, east, north],
+            center: [
+                if middle > 180.0 { middle - 360.0 } else { middle },
+                (south + north) / 2.0,
+                f64::from(layer.min_zoom),
+            ],
+            tile_size: TILE_SIZE_PX,
+        }
+    }
+}

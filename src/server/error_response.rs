@@ -1,0 +1,24 @@
+//! A `ServerError` as a problem document.
+
+use super::detail::detail;
+use super::error::ServerError;
+use super::problem::{Panicked, Problem};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+
+impl IntoResponse for ServerError {
+    fn into_response(self) -> Response {
+        let status = self.status();
+        if status == StatusCode::INTERNAL_SERVER_ERROR {
+            // The cause is logged here and nowhere else; paths and system messages stay in the log.
+            tracing::error!(code = self.code(), "{self}");
+            let detail = "the service failed; its log says why".to_owned();
+            let mut response = Problem::new(status, self.code(), detail, None).into_response();
+            if matches!(self, Self::Panicked) {
+                response.extensions_mut().insert(Panicked);
+            }
+            return response;
+        }
+        Problem::new(status, self.code(), detail(&self), self.parameter()).into_response()
+    }
+}
