@@ -1,12 +1,13 @@
-//! One body, compiled twice: for every machine, and for those with AVX2.
+//! `dispatch!`: compiles one function body twice, for every machine and for machines with AVX2.
 //!
-//! Rust neither reorders nor contracts floating-point arithmetic, so both give the same bits; the wider registers only
-//! make the same operations quicker. The choice is made at run time.
+//! Rust neither reorders nor contracts floating-point arithmetic, so both versions give the same bits; wider registers only
+//! make the same operations faster. Each call chooses the version at run time.
 
-/// Defines a function whose body is compiled for the baseline and for AVX2; the machine decides at each call.
+/// Defines a function whose body is compiled for the baseline and for AVX2. Each call chooses by the processor's features.
 macro_rules! dispatch {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $ret:ty)? $body:block) => {
         $(#[$meta])*
+        #[allow(unsafe_code)]
         $vis fn $name($($arg: $type),*) $(-> $ret)? {
             #[inline(always)]
             fn body($($arg: $type),*) $(-> $ret)? $body

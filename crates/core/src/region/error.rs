@@ -1,30 +1,34 @@
-//! Why a region cannot be drawn, and the check of what is given.
+//! `RegionError`: why a region cannot be computed, and the check of its parameters.
 
-use super::{ImageOnGround, MAX_REACH_M, Uncertainty};
+use super::uncertainty::{ImageOnGround, Uncertainty};
 use crate::geodesy::GeodesyError;
 
-/// Why a region cannot be drawn.
+/// The limit of a region's reach from its centre, metres. Within it the local plane is true to 0.04 %, and the pole lies
+/// outside even at the last latitude served.
+pub const MAX_REACH_M: f64 = 300_000.0;
+
+/// Why a region cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegionError {
-    /// A length, angle or correlation out of its range.
+    /// A length, angle or correlation is out of its range.
     #[error("{name} = {value}: expected {expected}")]
     Parameter {
-        /// Its name as callers spell it.
+        /// Its name in requests.
         name: &'static str,
-        /// What was given; radians for `heading_rad`.
+        /// The given value; radians for `heading_rad`.
         value: f64,
-        /// What is accepted.
+        /// The accepted values.
         expected: &'static str,
     },
-    /// Larger than any search.
+    /// The region reaches beyond [`MAX_REACH_M`].
     #[error(
         "the region reaches {reach_m:.0} m from its centre, the limit is {MAX_REACH_M} m: state less drift, uncertainty, speed or time"
     )]
     Reach {
-        /// From the centre to the farthest point that counts, metres.
+        /// Distance from the centre to the farthest point of the region, metres.
         reach_m: f64,
     },
-    /// The centre has no place in the tile matrix.
+    /// The centre is beyond the tile matrix.
     #[error(transparent)]
     Position(#[from] GeodesyError),
 }
@@ -40,7 +44,7 @@ impl RegionError {
     }
 }
 
-/// Refuses what no region has: sizes that are not positive, widths below zero, anything not finite.
+/// Checks that sizes are positive, widths not negative, and all values finite.
 pub(super) fn check(image: ImageOnGround, uncertainty: Uncertainty) -> Result<(), RegionError> {
     const LENGTH: &str = "metres, more than 0 and finite";
     const NOT_NEGATIVE: &str = "metres, at least 0 and finite";
@@ -75,7 +79,7 @@ pub(super) fn check(image: ImageOnGround, uncertainty: Uncertainty) -> Result<()
         Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
             positive("sigma_east_m", sigma_east_m)?;
             positive("sigma_north_m", sigma_north_m)?;
-            // Beyond six nines the ellipse is a line to double precision.
+            // With a correlation beyond this the ellipse is a line to double precision.
             require("correlation", correlation, correlation.abs() <= 0.999_999, "a number in [-0.999999, 0.999999]")
         }
     }

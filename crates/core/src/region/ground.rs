@@ -1,20 +1,16 @@
 //! `Region`: the set of ground to search.
 
-use super::error::{RegionError, check};
+use super::error::{MAX_REACH_M, RegionError, check};
 use super::normal::{PlaneNormal, REACH_SIGMA, edge_probability};
-use super::outline::{Piece, dilated_ellipse, polygon, rectangle};
+use super::outline::{EdgePiece, dilated_ellipse, polygon, rectangle};
 use super::polygon::{Rectangle, Vertex, clip, parts_inside, touches, weighted_area};
 use super::reachable::reachable_outline;
-use super::turns::Flight;
-use super::{ImageOnGround, Uncertainty};
+use super::turns::TurningFlight;
+use super::uncertainty::{ImageOnGround, Uncertainty};
 use crate::coupling::{DriftGrowth, nominal_count_combined, nominal_count_sequential, region_edges_m};
 use crate::geodesy::{Enu, Geodetic, LocalFrame, MercatorPoint, SEMI_MAJOR_M, WORLD_M, ground_scale};
 use crate::tile::MercatorBounds;
 use std::f64::consts::{PI, SQRT_2, TAU};
-
-/// How far a region may reach from its centre, metres. Keeps the local plane true to 0.04 % and, from the last
-/// latitude served, the pole outside.
-pub const MAX_REACH_M: f64 = 300_000.0;
 
 /// Standard deviations of the 99.7 % ellipse of a plane normal distribution: sqrt(-2 ln 0.003).
 pub const SIGMAS: f64 = 3.408_560_690_471_574;
@@ -178,7 +174,7 @@ impl Region {
         let bow = 1e-3 * normal.minor_sigma_m();
         (0..4)
             .map(|i| {
-                let piece = Piece::Straight { start: corners[i], end: corners[(i + 1) % 4] };
+                let piece = EdgePiece::Straight { start: corners[i], end: corners[(i + 1) % 4] };
                 let steps = steps_until_straight(piece, bow, |v| {
                     let w = whitened(v);
                     normal.offset(w[0], w[1])
@@ -227,7 +223,7 @@ fn reach_m(image: ImageOnGround, uncertainty: Uncertainty) -> f64 {
 const LEAST_LENGTH_M: f64 = 1e-6;
 
 /// The edge in the local plane, and 𝒩.
-fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
+fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<EdgePiece>, f64) {
     let ImageOnGround { across_m, along_m, heading_rad } = image;
     let drifted = |inaccuracy_m, drift_m| {
         let (width_m, length_m) = region_edges_m(across_m, along_m, inaccuracy_m, drift_m);
@@ -242,7 +238,7 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
         Uncertainty::Combined { inaccuracy_m, speed_mps, execution_s, min_turn_radius_m: radius_m } => {
             let flown_m = speed_mps * execution_s;
             let length_m = flown_m.max(LEAST_LENGTH_M);
-            let outline = reachable_outline(Flight { length_m, radius_m, across_m, along_m }, inaccuracy_m);
+            let outline = reachable_outline(TurningFlight { length_m, radius_m, across_m, along_m }, inaccuracy_m);
             let area_m2 = weighted_area(&outline, |_| 1.0);
             // Also where a length is none that the models take (1e-9 to 1e9).
             let by_paper = nominal_count_combined(across_m, along_m, flown_m, radius_m);
@@ -268,7 +264,7 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<Piece>, f64) {
 }
 
 /// The edge as a ring of the Mercator plane about `centre`, and twice the farthest that it bows from its chords.
-fn ring(frame: &LocalFrame, centre: MercatorPoint, pieces: &[Piece]) -> (Vec<Vertex>, f64) {
+fn ring(frame: &LocalFrame, centre: MercatorPoint, pieces: &[EdgePiece]) -> (Vec<Vertex>, f64) {
     let project = |v: Vertex| mercator_offset(frame, centre, v);
     let extent = pieces.iter().map(|p| project(p.at(0.0))).map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
     let mut ring = Vec::with_capacity(64);
@@ -283,7 +279,7 @@ fn ring(frame: &LocalFrame, centre: MercatorPoint, pieces: &[Piece]) -> (Vec<Ver
 }
 
 /// Into how many equal parts a piece is cut so that each, seen through `project`, is straight to within `tolerance`.
-fn steps_until_straight(piece: Piece, tolerance: f64, project: impl Fn(Vertex) -> Vertex) -> usize {
+fn steps_until_straight(piece: EdgePiece, tolerance: f64, project: impl Fn(Vertex) -> Vertex) -> usize {
     (0..MAX_HALVINGS)
         .map(|halvings| 1 << halvings)
         .find(|&steps| largest_bow(piece, steps, &project) <= tolerance)
@@ -291,7 +287,7 @@ fn steps_until_straight(piece: Piece, tolerance: f64, project: impl Fn(Vertex) -
 }
 
 /// Farthest that the middle of a part lies from the middle of its chord.
-fn largest_bow(piece: Piece, steps: usize, project: impl Fn(Vertex) -> Vertex) -> f64 {
+fn largest_bow(piece: EdgePiece, steps: usize, project: impl Fn(Vertex) -> Vertex) -> f64 {
     let at = |part: f64| project(piece.at(part / steps as f64));
     (0..steps)
         .map(|step| {

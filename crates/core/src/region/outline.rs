@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 /// One piece of a closed, counterclockwise edge; offsets east and north in metres.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Piece {
+pub(super) enum EdgePiece {
     /// A straight line.
     Straight {
         /// Where it starts.
@@ -19,7 +19,7 @@ pub(super) enum Piece {
     Arc { centre: Vertex, normal: PlaneNormal, sigmas: f64, from_rad: f64, to_rad: f64 },
 }
 
-impl Piece {
+impl EdgePiece {
     /// The point at `s` in [0, 1].
     pub(super) fn at(self, s: f64) -> Vertex {
         match self {
@@ -42,16 +42,16 @@ pub(super) fn corners(width_m: f64, length_m: f64, heading_rad: f64) -> [Vertex;
 }
 
 /// The edge of a rectangle.
-pub(super) fn rectangle(width_m: f64, length_m: f64, heading_rad: f64) -> Vec<Piece> {
+pub(super) fn rectangle(width_m: f64, length_m: f64, heading_rad: f64) -> Vec<EdgePiece> {
     let corners = corners(width_m, length_m, heading_rad);
-    (0..4).map(|i| Piece::Straight { start: corners[i], end: corners[(i + 1) % 4] }).collect()
+    (0..4).map(|i| EdgePiece::Straight { start: corners[i], end: corners[(i + 1) % 4] }).collect()
 }
 
 /// The edge of a polygon given right and ahead of the centre, turned to a heading.
-pub(super) fn polygon(vertices: &[Vertex], heading_rad: f64) -> Vec<Piece> {
+pub(super) fn polygon(vertices: &[Vertex], heading_rad: f64) -> Vec<EdgePiece> {
     let frame = BodyFrame::from_heading_rad(heading_rad);
     let corner = |i: usize| turned(frame, vertices[i % vertices.len()]);
-    (0..vertices.len()).map(|i| Piece::Straight { start: corner(i), end: corner(i + 1) }).collect()
+    (0..vertices.len()).map(|i| EdgePiece::Straight { start: corner(i), end: corner(i + 1) }).collect()
 }
 
 /// A vertex given right and ahead, in east and north.
@@ -68,7 +68,7 @@ pub(super) fn dilated_ellipse(
     width_m: f64,
     length_m: f64,
     heading_rad: f64,
-) -> Vec<Piece> {
+) -> Vec<EdgePiece> {
     let corners = corners(width_m, length_m, heading_rad);
     let (sin, cos) = heading_rad.sin_cos();
     // Outward normals of the sides, in the order in which they start at each corner: left, back, right, front.
@@ -82,7 +82,7 @@ pub(super) fn dilated_ellipse(
         // At corner i the normal turns from the side before to the side after.
         let from_rad = angles[(i + 3) % 4];
         let to_rad = from_rad + (angles[i] - from_rad).rem_euclid(TAU);
-        let arc = |centre| Piece::Arc { centre, normal, sigmas, from_rad, to_rad };
+        let arc = |centre| EdgePiece::Arc { centre, normal, sigmas, from_rad, to_rad };
         let next_start = {
             let (sin, cos) = to_rad.sin_cos();
             let offset = normal.offset(sigmas * cos, sigmas * sin);
@@ -91,7 +91,7 @@ pub(super) fn dilated_ellipse(
         };
         let here = arc(corners[i]);
         pieces.push(here);
-        pieces.push(Piece::Straight { start: here.at(1.0), end: next_start });
+        pieces.push(EdgePiece::Straight { start: here.at(1.0), end: next_start });
     }
     pieces
 }
@@ -101,7 +101,7 @@ mod tests {
     use super::super::polygon::weighted_area;
     use super::*;
 
-    fn area(pieces: &[Piece]) -> f64 {
+    fn area(pieces: &[EdgePiece]) -> f64 {
         let ring: Vec<Vertex> = pieces.iter().flat_map(|p| (0..200).map(move |i| p.at(f64::from(i) / 200.0))).collect();
         weighted_area(&ring, |_| 1.0)
     }

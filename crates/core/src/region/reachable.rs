@@ -3,7 +3,7 @@
 use super::bearings::Bearings;
 use super::polygon::Vertex;
 use super::simplify::enclose;
-use super::turns::{BOUNDING, Flight, LONG};
+use super::turns::{BOUNDING, LONG, TurningFlight};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// Beyond this radius a flight within a region's reach bends by less than 50 micrometres: it is taken for this one.
@@ -26,9 +26,9 @@ const BUDGET: f64 = 0.004;
 /// be reachable it stands on the boundary of the reachable set, so at the end of a path of [`BOUNDING`], which the
 /// cover holds; likewise towards the start. Both hold the same bearing, so all between them is inside.
 /// A turn of more than a circle is a circle and the set of a flight shorter by it.
-pub(super) fn reachable_outline(flight: Flight, inaccuracy_m: f64) -> Vec<Vertex> {
-    let flight = Flight { radius_m: flight.radius_m.min(STRAIGHT_M), ..flight };
-    let Flight { length_m, radius_m, across_m, along_m } = flight;
+pub(super) fn reachable_outline(flight: TurningFlight, inaccuracy_m: f64) -> Vec<Vertex> {
+    let flight = TurningFlight { radius_m: flight.radius_m.min(STRAIGHT_M), ..flight };
+    let TurningFlight { length_m, radius_m, across_m, along_m } = flight;
     // Rounding: a few parts in 1e15 of the lengths that are added, more where a side points almost at the start.
     let border_m = inaccuracy_m / 2.0 + 1e-7 * (length_m + flight.corner_m());
     let band_m = across_m.min(along_m) + inaccuracy_m + spread_m(length_m, radius_m);
@@ -49,7 +49,7 @@ pub(super) fn reachable_outline(flight: Flight, inaccuracy_m: f64) -> Vec<Vertex
         }
         let shorter_m = flight.length_m - circle_m;
         left = (shorter_m > 0.0 && length_m < LONG * radius_m && shorter_m + reach_m >= cover.covered_radius())
-            .then_some(Flight { length_m: shorter_m, ..flight });
+            .then_some(TurningFlight { length_m: shorter_m, ..flight });
     }
     enclose(cover.outline(), VERTICES, BUDGET)
 }

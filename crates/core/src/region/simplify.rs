@@ -13,7 +13,7 @@ pub(super) fn enclose(mut outline: Vec<OutlineVertex>, target: usize, budget: f6
     let area = weighted_area(&vertices(&outline), |_| 1.0);
     let mut left = budget * area;
     while outline.len() > target {
-        let steps: Vec<Option<Step>> = (0..outline.len()).map(|i| step(&outline, i)).collect();
+        let steps: Vec<Option<Reduction>> = (0..outline.len()).map(|i| step(&outline, i)).collect();
         let mut costs: Vec<f64> = steps.iter().flatten().map(|s| s.area).collect();
         if costs.is_empty() {
             break;
@@ -36,17 +36,17 @@ fn vertices(outline: &[OutlineVertex]) -> Vec<Vertex> {
 
 /// What can be done at vertex i: leave it out, or merge it with the next into `merged`.
 #[derive(Debug, Clone, Copy)]
-struct Step {
+struct Reduction {
     area: f64,
     merged: Option<OutlineVertex>,
 }
 
-fn step(outline: &[OutlineVertex], i: usize) -> Option<Step> {
+fn step(outline: &[OutlineVertex], i: usize) -> Option<Reduction> {
     let n = outline.len();
     let [a, b, c, d] = [i + n - 1, i, i + 1, i + 2].map(|k| outline[k % n]);
     let inward = -cross(a.at, b.at, c.at);
     if inward >= 0.0 {
-        return Some(Step { area: inward / 2.0, merged: None });
+        return Some(Reduction { area: inward / 2.0, merged: None });
     }
     // A run's end may not reach past its bearing.
     if (b.ends && c.ends) || cross(b.at, c.at, d.at) <= 0.0 {
@@ -62,13 +62,13 @@ fn step(outline: &[OutlineVertex], i: usize) -> Option<Step> {
     let t = (bc[0] * dc[1] - bc[1] * dc[0]) / turn;
     let at = [b.at[0] + t * ab[0], b.at[1] + t * ab[1]];
     let area = cross(b.at, at, c.at).abs() / 2.0;
-    area.is_finite().then_some(Step { area, merged: Some(OutlineVertex { at, ends: b.ends || c.ends }) })
+    area.is_finite().then_some(Reduction { area, merged: Some(OutlineVertex { at, ends: b.ends || c.ends }) })
 }
 
 /// Takes the steps that cost no more than `limit`, none beside another in one pass.
 fn apply(
     outline: &[OutlineVertex],
-    steps: &[Option<Step>],
+    steps: &[Option<Reduction>],
     limit: f64,
     target: usize,
     left: &mut f64,

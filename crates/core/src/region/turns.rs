@@ -9,13 +9,13 @@ use std::f64::consts::{SQRT_2, TAU};
 
 /// Where the aircraft is and which way it looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pose {
+pub(super) struct TurnPose {
     pub(super) right_m: f64,
     pub(super) ahead_m: f64,
     pub(super) heading_rad: f64,
 }
 
-impl Pose {
+impl TurnPose {
     /// Where every flight starts.
     pub(super) const START: Self = Self { right_m: 0.0, ahead_m: 0.0, heading_rad: 0.0 };
 
@@ -62,7 +62,7 @@ pub(super) const LONG: f64 = 2.0 * TAU + 8.0;
 
 /// A flight and the image at its end.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Flight {
+pub(super) struct TurningFlight {
     /// Length flown.
     pub(super) length_m: f64,
     /// Least turn radius.
@@ -73,7 +73,7 @@ pub(super) struct Flight {
     pub(super) along_m: f64,
 }
 
-impl Flight {
+impl TurningFlight {
     /// From the image's middle to its corners.
     pub(super) fn corner_m(self) -> f64 {
         self.across_m.hypot(self.along_m) / 2.0
@@ -109,11 +109,11 @@ impl Flight {
 
 /// An image on the ground.
 #[derive(Debug, Clone, Copy)]
-struct Image {
+struct ImageCorners {
     corners: [Vertex; 4],
 }
 
-impl Image {
+impl ImageCorners {
     fn middle(&self) -> Vertex {
         let [a, _, c, _] = self.corners;
         [(a[0] + c[0]) / 2.0, (a[1] + c[1]) / 2.0]
@@ -139,8 +139,8 @@ struct Grid {
 impl Grid {
     const MOST: f64 = 160.0;
 
-    fn new(flight: Flight, turns: Turns, slack_m: f64) -> Self {
-        let Flight { length_m, radius_m, .. } = flight;
+    fn new(flight: TurningFlight, turns: Turns, slack_m: f64) -> Self {
+        let TurningFlight { length_m, radius_m, .. } = flight;
         // Moving switch i by an angle d turns the rest of the path about it by k_i d, so q moves by k_i d |q - p_i|, and
         // the second derivatives are at most k_i k_j |q - p_j| (+ k_i R for i = j, as p_i itself moves).
         let kinks = [(turns[0] - turns[1]).abs(), (turns[1] - turns[2]).abs()];
@@ -180,17 +180,17 @@ impl Grid {
     }
 
     /// The image's corners where the first turn takes `i` steps, by the steps of the last.
-    fn row(self, flight: Flight, turns: Turns, i: usize) -> Vec<Image> {
-        let Flight { length_m, radius_m, across_m, along_m } = flight;
+    fn row(self, flight: TurningFlight, turns: Turns, i: usize) -> Vec<ImageCorners> {
+        let TurningFlight { length_m, radius_m, across_m, along_m } = flight;
         let last = self.diagonal.map_or(self.cells, |all| self.cells.min(all - i));
         let (step_m, first_m) = (self.step_m, i as f64 * self.step_m);
-        let turned = Pose::START.after(turns[0], first_m, radius_m);
+        let turned = TurnPose::START.after(turns[0], first_m, radius_m);
         (0..=last)
             .map(|j| {
                 let last_m = j as f64 * step_m;
                 let middle_m = (length_m - first_m - last_m).max(0.0);
                 let end = turned.after(turns[1], middle_m, radius_m).after(turns[2], last_m, radius_m);
-                Image { corners: end.corners(across_m, along_m) }
+                ImageCorners { corners: end.corners(across_m, along_m) }
             })
             .collect()
     }
@@ -240,8 +240,8 @@ mod tests {
         #[test]
         fn a_pose_goes_round_a_circle(length_m in 0.0..1e4f64, radius_m in 10.0..1e4f64, first in -1i8..=1, second in -1i8..=1) {
             let turns = [f64::from(first), f64::from(second)];
-            let end = turns.iter().fold(Pose::START, |pose, &turn| pose.after(turn, length_m / 2.0, radius_m));
-            let flight = Flight { length_m, radius_m, across_m: 1.0, along_m: 1.0 };
+            let end = turns.iter().fold(TurnPose::START, |pose, &turn| pose.after(turn, length_m / 2.0, radius_m));
+            let flight = TurningFlight { length_m, radius_m, across_m: 1.0, along_m: 1.0 };
             let (at, heading_rad) = fly(&turns.map(|turn| (turn, 0.5)), flight);
             prop_assert!((end.right_m - at[0]).hypot(end.ahead_m - at[1]) < 1e-8 * (length_m + radius_m));
             prop_assert!((end.heading_rad - heading_rad).abs() < 1e-9);
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_half_circle_to_the_right_ends_two_radii_aside() {
-        let end = Pose::START.after(1.0, 50.0 * std::f64::consts::PI, 50.0);
+        let end = TurnPose::START.after(1.0, 50.0 * std::f64::consts::PI, 50.0);
         assert!((end.right_m - 100.0).abs() < 1e-9 && end.ahead_m.abs() < 1e-9);
         let [front_left, ..] = end.corners(20.0, 30.0);
         // Flying back, the left is on the right of the start's heading.

@@ -3,6 +3,8 @@
 //! A place is a 32-bit lane, whose four bytes are multiplied by the template's four bytes in one instruction. Sums are exact
 //! integers, so the SIMD kernels give the same as the plain one.
 
+#![allow(unsafe_code)]
+
 /// One cell of a template.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TemplateCell {

@@ -2,6 +2,8 @@
 //!
 //! Sums are exact integers, so the SIMD kernels give the same as the plain ones.
 
+#![allow(unsafe_code)]
+
 use crate::feature::{CHANNEL_ONE, ENERGY_ONE, Structure};
 use crate::simd::dispatch;
 

@@ -1,5 +1,7 @@
 //! Matching of descriptors by brute force: nearest, clearly nearer than the second, and mutually so.
 
+#![allow(unsafe_code)]
+
 use super::keypoints::Keypoints;
 
 /// A keypoint of image a and the most similar keypoint of image b.

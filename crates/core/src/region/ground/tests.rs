@@ -22,9 +22,9 @@ fn growth_m(uncertainty: Uncertainty) -> Option<f64> {
     }
 }
 
-fn flight(image: ImageOnGround, speed_mps: f64, execution_s: f64, radius_m: f64) -> Flight {
+fn flight(image: ImageOnGround, speed_mps: f64, execution_s: f64, radius_m: f64) -> TurningFlight {
     let ImageOnGround { across_m, along_m, .. } = image;
-    Flight { length_m: speed_mps * execution_s, radius_m, across_m, along_m }
+    TurningFlight { length_m: speed_mps * execution_s, radius_m, across_m, along_m }
 }
 
 /// Points of the rectangle, of the dilated ellipse or of images at the ends of flights, edges and corners included, from their definitions.

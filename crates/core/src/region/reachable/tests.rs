@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// One flight as (curvature as a share of the largest, share of the length), by circles about their centres.
-pub(in crate::region) fn fly(pieces: &[(f64, f64)], flight: Flight) -> (Vertex, f64) {
+pub(in crate::region) fn fly(pieces: &[(f64, f64)], flight: TurningFlight) -> (Vertex, f64) {
     let (mut at, mut heading) = ([0.0, 0.0], 0.0f64);
     for &(turn, share) in pieces {
         let length = share * flight.length_m;
@@ -72,9 +72,14 @@ const LENGTHS: [f64; 16] = [0.02, 0.3, 0.7, 1.0, 1.6, 2.5, 3.1, 4.5, 5.2, 5.8, 6
 /// Images in radii, and the last fix's error.
 const IMAGES: [(f64, f64, f64); 4] = [(0.05, 0.04, 0.0), (0.6, 0.4, 0.1), (1.0, 3.0, 0.0), (12.0, 8.0, 2.0)];
 
-fn flight(length: f64, (across, along, _): (f64, f64, f64)) -> Flight {
+fn flight(length: f64, (across, along, _): (f64, f64, f64)) -> TurningFlight {
     const RADIUS_M: f64 = 700.0;
-    Flight { length_m: length * RADIUS_M, radius_m: RADIUS_M, across_m: across * RADIUS_M, along_m: along * RADIUS_M }
+    TurningFlight {
+        length_m: length * RADIUS_M,
+        radius_m: RADIUS_M,
+        across_m: across * RADIUS_M,
+        along_m: along * RADIUS_M,
+    }
 }
 
 #[test]
@@ -100,7 +105,7 @@ fn no_flight_leaves_the_outline() {
 }
 
 /// Ends of the paths that bound the set, densely, both sides.
-fn extremes(flight: Flight, steps: u32) -> Vec<(Vertex, f64)> {
+fn extremes(flight: TurningFlight, steps: u32) -> Vec<(Vertex, f64)> {
     let turns = [[1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [1.0, -1.0, 1.0]];
     let arc = (TAU * flight.radius_m / flight.length_m).min(1.0);
     let mut ends = Vec::new();
@@ -119,7 +124,7 @@ fn extremes(flight: Flight, steps: u32) -> Vec<(Vertex, f64)> {
 
 /// Distance of a point from an image at the end of a flight, moved by up to `half_m` east and north: by turns the
 /// nearest point of one and of the other.
-fn distance_m(point: Vertex, pose: (Vertex, f64), flight: Flight, half_m: f64) -> f64 {
+fn distance_m(point: Vertex, pose: (Vertex, f64), flight: TurningFlight, half_m: f64) -> f64 {
     let (sin, cos) = pose.1.sin_cos();
     let (mut moved, mut distance) = ([0.0, 0.0], f64::INFINITY);
     for _ in 0..if half_m > 0.0 { 12 } else { 1 } {
@@ -200,7 +205,7 @@ fn a_convex_hull_would_hold_much_more() {
 
 #[test]
 fn hardly_any_flight_leaves_the_rectangle_of_the_image() {
-    let flight = Flight { length_m: 1e-3, radius_m: 50.0, across_m: 600.0, along_m: 400.0 };
+    let flight = TurningFlight { length_m: 1e-3, radius_m: 50.0, across_m: 600.0, along_m: 400.0 };
     let area = weighted_area(&reachable_outline(flight, 30.0), |_| 1.0);
     assert!((area / (630.0 * 430.0) - 1.0).abs() < 0.02, "{area}");
 }
@@ -209,7 +214,7 @@ fn hardly_any_flight_leaves_the_rectangle_of_the_image() {
 fn without_a_turn_the_image_lies_ahead() {
     // As stiff as numbers go, and no stiffer than that.
     for radius_m in [1e12, 1e300, f64::MAX] {
-        let flight = Flight { length_m: 5e3, radius_m, across_m: 600.0, along_m: 400.0 };
+        let flight = TurningFlight { length_m: 5e3, radius_m, across_m: 600.0, along_m: 400.0 };
         let outline = reachable_outline(flight, 0.0);
         let around = Rectangle::around(&outline).unwrap();
         let expected = [-300.0, 4800.0, 300.0, 5200.0];
@@ -222,7 +227,7 @@ fn without_a_turn_the_image_lies_ahead() {
 #[test]
 fn an_aircraft_that_turns_on_the_spot_reaches_a_disc() {
     for radius_m in [1e-3, 1e-200, f64::MIN_POSITIVE] {
-        let flight = Flight { length_m: 5e3, radius_m, across_m: 60.0, along_m: 40.0 };
+        let flight = TurningFlight { length_m: 5e3, radius_m, across_m: 60.0, along_m: 40.0 };
         let area = weighted_area(&reachable_outline(flight, 0.0), |_| 1.0);
         let disc = PI * (5e3 + flight.corner_m()).powi(2);
         // The image turns at the end as it likes, so its corner points away everywhere.
@@ -232,7 +237,7 @@ fn an_aircraft_that_turns_on_the_spot_reaches_a_disc() {
 
 #[test]
 fn an_image_lost_in_rounding_is_still_covered() {
-    let flight = Flight { length_m: 5e3, radius_m: 900.0, across_m: 1e-200, along_m: f64::MIN_POSITIVE };
+    let flight = TurningFlight { length_m: 5e3, radius_m: 900.0, across_m: 1e-200, along_m: f64::MIN_POSITIVE };
     let outline = reachable_outline(flight, 0.0);
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     for n in 0..400 {
