@@ -1,26 +1,28 @@
-//! A set of ground as seen from a point: on every bearing from a nearest to a farthest distance. What lies between
-//! counts as covered, so the outline errs on the side of too much and is always one simple polygon.
+//! `Bearings`: a set of ground as a range of distances on each bearing from a point.
+//!
+//! Everything between the nearest and the farthest distance counts as covered. So the outline is never too small, and it is
+//! always one simple polygon.
 
 use super::polygon::Vertex;
 use std::f64::consts::PI;
 
-/// Bearings of half a set that is its own mirror image (about x = 0), from straight ahead to straight behind.
+/// The right half, from straight ahead to straight behind, of a set that is symmetric about x = 0.
 ///
-/// Between two steps the set reaches at least from the chord of the nearest to the chord of the farthest. The bearings on
-/// which it is seen hang together and begin straight ahead. Distances are kept as their inverses: along a straight side
-/// 1 / r is linear in the sine and cosine of the bearing.
+/// Between two steps the set reaches at least from the chord of the nearest to the chord of the farthest distances. The
+/// covered bearings are contiguous and begin straight ahead. Distances are stored as inverses, because 1 / r along a
+/// straight side is linear in the sine and cosine of the bearing.
 #[derive(Debug, Clone)]
 pub(super) struct Bearings {
     /// Sine and cosine of each step's bearing.
     sines: Vec<f64>,
     cosines: Vec<f64>,
-    /// One over the nearest distance on each step's bearing, 0 where nothing is seen.
+    /// One over the nearest distance on each step's bearing, 0 on a bearing that is not covered.
     near: Vec<f64>,
-    /// One over the farthest, infinite where nothing is seen.
+    /// One over the farthest distance, infinite on a bearing that is not covered.
     far: Vec<f64>,
-    /// Every second step lies up to here.
+    /// Half of the steps lie up to this bearing.
     focus_rad: f64,
-    /// Whether all that is nearer than what is seen counts too: where it goes all around, the set encloses it.
+    /// Whether all nearer ground counts as covered: a set that goes all around encloses it.
     filled: bool,
 }
 
@@ -28,15 +30,15 @@ pub(super) struct Bearings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OutlineVertex {
     pub(super) at: Vertex,
-    /// Whether it ends a run of bearings: the outline goes on towards the point looked from, or away from it.
+    /// Whether the vertex ends the covered bearings: the outline continues towards the origin, or away from it.
     pub(super) ends: bool,
 }
 
 impl Bearings {
-    /// Steps of either part of the half circle.
+    /// Number of steps on each side of the focus.
     const HALF: usize = 512;
 
-    /// Sees nothing yet. Half of the steps lie up to `focus_rad`, which should be about where the set ends.
+    /// Makes an empty set. Half of the steps lie up to `focus_rad`, which should be about the bearing at which the set ends.
     pub(super) fn focused(focus_rad: f64) -> Self {
         let focus_rad = if focus_rad < PI { focus_rad } else { PI / 2.0 };
         let bearing_rad = |i: usize| match i.checked_sub(Self::HALF) {
@@ -50,12 +52,12 @@ impl Bearings {
 
     /// Adds a convex polygon and its mirror image.
     pub(super) fn add(&mut self, polygon: &[Vertex]) {
-        let mut start = Seen::from(polygon[polygon.len() - 1]);
+        let mut start = PolarPoint::from(polygon[polygon.len() - 1]);
         for &vertex in polygon {
-            let end = Seen::from(vertex);
+            let end = PolarPoint::from(vertex);
             if start.at[0] * end.at[0] < 0.0 {
                 let t = start.at[0] / (start.at[0] - end.at[0]);
-                let cut = Seen::from([0.0, start.at[1] + t * (end.at[1] - start.at[1])]);
+                let cut = PolarPoint::from([0.0, start.at[1] + t * (end.at[1] - start.at[1])]);
                 self.add_side(start, cut);
                 self.add_side(cut, end);
             } else {
@@ -65,14 +67,14 @@ impl Bearings {
         }
     }
 
-    /// Counts everything as covered that lies nearer than what is seen.
+    /// Counts all ground nearer than the farthest distances as covered.
     pub(super) fn fill(&mut self) {
         self.filled = true;
     }
 
-    /// Whether a disc is covered already.
+    /// Whether the set already covers a disc.
     pub(super) fn has_disc(&self, centre: Vertex, radius: f64) -> bool {
-        let Seen { bearing_rad, inverse, .. } = Seen::from(centre);
+        let PolarPoint { bearing_rad, inverse, .. } = PolarPoint::from(centre);
         let distance = inverse.recip();
         let (first, last) = if radius >= distance {
             (0, self.far.len() - 1)
@@ -87,7 +89,7 @@ impl Bearings {
             && (self.filled || (near > 0.0 && self.near[first..=last].iter().all(|&r| r >= near)))
     }
 
-    /// The least of the farthest distances all around.
+    /// The smallest of the farthest distances over all bearings.
     pub(super) fn covered_radius(&self) -> f64 {
         self.far.iter().fold(0.0f64, |most, &r| most.max(r)).recip()
     }
@@ -100,7 +102,7 @@ impl Bearings {
             let at = [side * self.sines[i] / inverse, self.cosines[i] / inverse];
             OutlineVertex { at, ends: !filled && i == last }
         };
-        // Straight ahead, and where it is filled straight behind, both halves share a vertex.
+        // Both halves share the vertex straight ahead, and in a filled set the one straight behind.
         let right = (0..=last).rev().map(|i| vertex(i, self.far[i], 1.0));
         let outer = right.chain((1..last + usize::from(!filled)).map(|i| vertex(i, self.far[i], -1.0)));
         if filled {
@@ -122,17 +124,17 @@ impl Bearings {
         (step as usize).min(self.far.len() - 1)
     }
 
-    /// Adds a side that does not cross x = 0, turned over to the right of it.
-    fn add_side(&mut self, start: Seen, end: Seen) {
+    /// Adds a side that does not cross x = 0, mirrored to the right if it lies on the left.
+    fn add_side(&mut self, start: PolarPoint, end: PolarPoint) {
         let (a, b) = if start.bearing_rad <= end.bearing_rad { (start, end) } else { (end, start) };
-        // Straight behind and straight ahead: what goes all around encloses what is nearer. At the origin itself there is
-        // no bearing to go by.
+        // A side that reaches straight behind completes the circle, which encloses all nearer ground. The origin itself has
+        // no bearing.
         self.filled |= b.bearing_rad == PI || !(start.inverse + end.inverse).is_finite();
         let (first, last) = (self.step_before(a.bearing_rad), self.step_before(b.bearing_rad));
         let (at_a, at_b) = (a.inverse, b.inverse);
         for (step, inverse) in [(first, at_a), (last, at_b)] {
             for i in [step, (step + 1).min(self.far.len() - 1)] {
-                // A chord between two steps clears a vertex between them if it does so at its middle.
+                // A chord between two steps clears a vertex between them if its middle does.
                 self.far[i] = self.far[i].min(inverse / CHORD);
                 self.near[i] = self.near[i].max(inverse);
             }
@@ -140,7 +142,7 @@ impl Bearings {
         let (a, b) = ([a.at[0].abs(), a.at[1]], [b.at[0].abs(), b.at[1]]);
         let doubled = a[0] * b[1] - a[1] * b[0];
         let (by_sine, by_cosine) = ((b[1] - a[1]) / doubled, (a[0] - b[0]) / doubled);
-        // A side that points at the origin: its ends stand for it.
+        // Of a side that points at the origin only the ends count.
         if first == last || !(by_sine.is_finite() && by_cosine.is_finite()) {
             return;
         }
@@ -157,21 +159,21 @@ impl Bearings {
     }
 }
 
-/// How much longer than a vertex's distance both ends of a chord around it must be to clear it: half a step is at most
-/// pi / 1024, its cosine above 1 - 4.8e-6.
+/// Factor over a vertex's distance at which both ends of a chord around the vertex clear it: half a step is at most
+/// pi / 1024, and its cosine is above 1 - 4.8e-6.
 const CHORD: f64 = 1.0 + 5e-6;
 
-/// A point as seen from the origin.
+/// A point in polar form about the origin.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct PolarPoint {
     at: Vertex,
-    /// Off straight ahead, to either side: in [0, pi].
+    /// Angle from straight ahead to either side, in [0, pi].
     bearing_rad: f64,
     /// One over the distance.
     inverse: f64,
 }
 
-impl From<Vertex> for Seen {
+impl From<Vertex> for PolarPoint {
     fn from(at: Vertex) -> Self {
         Self { at, bearing_rad: at[0].abs().atan2(at[1]), inverse: at[0].hypot(at[1]).recip() }
     }

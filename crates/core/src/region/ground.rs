@@ -1,4 +1,4 @@
-//! `Region`: the set of ground to search.
+//! `Region`: the ground to search, with tests of tiles against it.
 
 use super::error::{MAX_REACH_M, RegionError, check};
 use super::normal::{PlaneNormal, REACH_SIGMA, edge_probability};
@@ -15,12 +15,13 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 /// Standard deviations of the 99.7 % ellipse of a plane normal distribution: sqrt(-2 ln 0.003).
 pub const SIGMAS: f64 = 3.408_560_690_471_574;
 
-/// Pieces of the edge are halved until they are this straight, in parts of the region's extent, or this often.
+/// Pieces of the edge are halved until they are straight to this part of the region's extent, at most `MAX_HALVINGS` times.
 const STRAIGHTNESS: f64 = 1e-4;
 const MAX_HALVINGS: u32 = 6;
 
-/// A region on the ground. The image's centre is uniform over a sequential, parallel or combined region; a covariance's
-/// region is the 99.7 % ellipse dilated by the image's footprint, and its probability is the normal distribution's own.
+/// A region on the ground. In a sequential, parallel or combined region the image's centre is uniformly distributed. The
+/// region of a covariance is the 99.7 % ellipse dilated by the image's footprint, and the image's centre is normally
+/// distributed.
 #[derive(Debug, Clone)]
 pub struct Region {
     centre: MercatorPoint,
@@ -28,31 +29,35 @@ pub struct Region {
     /// The edge, counterclockwise, Mercator metres from `centre`; straight between vertices to within `margin_m`.
     ring: Vec<Vertex>,
     margin_m: f64,
-    /// The middle of the ground searched, Mercator metres from `centre`.
+    /// The middle of the region, Mercator metres from `centre`.
     middle: Vertex,
     nominal_count: f64,
-    chance: Chance,
+    distribution: Distribution,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Chance {
-    /// Uniform: total ground area, m^2.
-    Uniform { area_m2: f64 },
-    /// Normal, of no account outside `support` (Mercator metres from the centre).
+enum Distribution {
+    /// A uniform distribution over the region.
+    Uniform {
+        /// Area of the region on the ground, m^2.
+        area_m2: f64,
+    },
+    /// A normal distribution, negligible outside `support` (Mercator metres from the centre).
     Normal { normal: PlaneNormal, support: Rectangle },
 }
 
 impl Region {
-    /// The region about `centre`. Sizes in true metres; it may cross the antimeridian, and what lies beyond 85.05
-    /// degrees belongs to it though no tile does.
+    /// Makes the region about `centre`. Sizes are true metres. The region may cross the antimeridian, and it may reach beyond
+    /// 85.05 degrees, where no tiles are.
     ///
     /// # Errors
-    /// The centre beyond 85.05 degrees; sizes, speed, times or turn radius not positive, not finite; drift or inaccuracy
-    /// negative; correlation outside (-1, 1); a reach beyond [`MAX_REACH_M`].
+    /// [`RegionError::Position`] for a centre beyond 85.05 degrees. [`RegionError::Parameter`] for a size, speed, time or
+    /// turn radius that is not positive, a drift or inaccuracy that is negative, a correlation outside (-1, 1), and any
+    /// value that is not finite. [`RegionError::Reach`] beyond [`MAX_REACH_M`].
     ///
     /// # References
-    /// Equation 3 for the rectangle, 17 for its drift in the parallel mode. In the combined mode the set of figures 5 to
-    /// 7 at its last moment, by the boundary of the reachable set instead of equation 23 (see docs/equations.md).
+    /// Equation 3 for the rectangle, and 17 for its drift in the parallel mode. The combined mode takes the set of figures 5
+    /// to 7 at the end of the flight, by the boundary of the reachable set instead of equation 23 (see docs/equations.md).
     pub fn new(centre: Geodetic, image: ImageOnGround, uncertainty: Uncertainty) -> Result<Self, RegionError> {
         check(image, uncertainty)?;
         let mercator = MercatorPoint::from_geodetic(centre)?;
@@ -67,26 +72,26 @@ impl Region {
             Uncertainty::Combined { .. } => Rectangle::around(&ring).expect("a ring has vertices").middle(),
             _ => [0.0, 0.0],
         };
-        let chance = match uncertainty {
+        let distribution = match uncertainty {
             Uncertainty::Sequential { .. } | Uncertainty::Parallel { .. } | Uncertainty::Combined { .. } => {
-                Chance::Uniform { area_m2: weighted_area(&ring, |y| ground_area_scale(mercator.y_m + y)) }
+                Distribution::Uniform { area_m2: weighted_area(&ring, |y| ground_area_scale(mercator.y_m + y)) }
             }
-            Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => Chance::Normal {
+            Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => Distribution::Normal {
                 normal: PlaneNormal::new(sigma_east_m, sigma_north_m, correlation),
                 support: support(&frame, mercator, sigma_east_m, sigma_north_m),
             },
         };
-        Ok(Self { centre: mercator, frame, ring, margin_m, middle, nominal_count, chance })
+        Ok(Self { centre: mercator, frame, ring, margin_m, middle, nominal_count, distribution })
     }
 
-    /// 𝒩 by the paper's formula: equation 3, or 17 in the parallel mode; in the combined mode 28 where it holds, for
-    /// flights of at most R_min. Elsewhere the area of the region over the area of one image.
+    /// The nominal count 𝒩 by the paper's formula: equation 3, equation 17 in the parallel mode, and equation 28 in the
+    /// combined mode for flights of at most R_min. Otherwise the area of the region over the area of one image.
     pub fn nominal_count(&self) -> f64 {
         self.nominal_count
     }
 
-    /// The smallest Mercator extent that holds the region, within 85.05 degrees; x may run past the antimeridian on
-    /// either side.
+    /// The smallest Mercator extent that contains the region up to 85.05 degrees. x may run past the antimeridian on either
+    /// side.
     pub fn mercator_bounds(&self) -> MercatorBounds {
         let r = Rectangle::around(&self.ring).expect("a ring has vertices").grown(self.margin_m);
         let within = |y: f64| (self.centre.y_m + y).clamp(-WORLD_M / 2.0, WORLD_M / 2.0);
@@ -98,20 +103,20 @@ impl Region {
         }
     }
 
-    /// Whether an extent (of a tile) meets the region. Errs only on the side of yes, by less than 1 part in 1000 of
-    /// the region's extent.
+    /// Whether an extent, such as that of a tile, meets the region. Never misses an extent that does; may accept one that is
+    /// off by less than 1 part in 1000 of the region's extent.
     pub fn meets(&self, bounds: &MercatorBounds) -> bool {
         self.copies(bounds).any(|r| touches(&self.ring, r.grown(self.margin_m)))
     }
 
-    /// Probability in [0, 1] that the image's centre lies in an extent. Sums to one over the plane; correct to 1e-4.
+    /// The probability in [0, 1] that the image's centre lies in an extent, correct to 1e-4. The sum over the plane is one.
     pub fn probability(&self, bounds: &MercatorBounds) -> f64 {
-        let sum: f64 = match self.chance {
-            Chance::Uniform { area_m2 } => self
+        let sum: f64 = match self.distribution {
+            Distribution::Uniform { area_m2 } => self
                 .copies(bounds)
                 .map(|r| weighted_area(&clip(&self.ring, r), |y| ground_area_scale(self.centre.y_m + y)) / area_m2)
                 .sum(),
-            Chance::Normal { normal, support } => self
+            Distribution::Normal { normal, support } => self
                 .copies(bounds)
                 .filter_map(|r| r.intersection(support))
                 .map(|r| self.normal_probability(normal, r))
@@ -120,8 +125,8 @@ impl Region {
         sum.clamp(0.0, 1.0)
     }
 
-    /// The region as rings of (longitude, latitude) in degrees, counterclockwise and closed: one, or several where it
-    /// crosses the antimeridian (cut there, as RFC 7946 section 3.1.9 asks) or 85.05 degrees, where it is cut too.
+    /// The region as counterclockwise, closed rings of (longitude, latitude) in degrees. The region is cut at the antimeridian
+    /// (RFC 7946, section 3.1.9) and at 85.05 degrees, so there may be several rings.
     pub fn rings_deg(&self) -> Vec<Vec<[f64; 2]>> {
         [-1.0, 0.0, 1.0]
             .into_iter()
@@ -140,7 +145,7 @@ impl Region {
             .collect()
     }
 
-    /// How far an extent's centre lies from the region's middle, true metres east and north by the scale at the centre.
+    /// Distance of an extent's centre from the region's middle, true metres by the scale at the region's centre.
     pub fn distance_m(&self, bounds: &MercatorBounds) -> f64 {
         let scale = ground_scale(latitude_rad(self.centre.y_m));
         let x = (bounds.min_x_m + bounds.max_x_m) / 2.0 - self.centre.x_m - self.middle[0];
@@ -149,7 +154,7 @@ impl Region {
         (x * scale.east).hypot(y * scale.north)
     }
 
-    /// An extent as seen from the centre, once for each turn about the world on which it can be near.
+    /// The extent relative to the centre, once for each turn around the world on which it can be near.
     fn copies(&self, b: &MercatorBounds) -> impl Iterator<Item = Rectangle> + use<> {
         let (min, max) = (
             [b.min_x_m - self.centre.x_m, b.min_y_m - self.centre.y_m],
@@ -158,7 +163,7 @@ impl Region {
         [-1.0, 0.0, 1.0].into_iter().filter_map(move |world| {
             let x = world * WORLD_M;
             let copy = Rectangle { min: [min[0] + x, min[1]], max: [max[0] + x, max[1]] };
-            // Nothing that counts reaches half the world: at 300 km from 85.05 degrees it spans a fifth.
+            // No region reaches half the world: one of 300 km at 85.05 degrees spans a fifth.
             (copy.max[0] > -WORLD_M / 2.0 && copy.min[0] < WORLD_M / 2.0).then_some(copy)
         })
     }
@@ -193,12 +198,12 @@ impl Region {
     }
 }
 
-/// D_T of the parallel mode: what t_exe / t0 relative registrations add up to (17).
+/// D_T of the parallel mode: the drift of t_exe / t0 relative registrations (17).
 fn parallel_drift_m(unit_drift_m: f64, execution_s: f64, relative_s: f64) -> f64 {
     DriftGrowth::Linear.factor(execution_s / relative_s) * unit_drift_m
 }
 
-/// How far from the centre anything counts, metres.
+/// Distance from the centre within which the region lies, metres.
 fn reach_m(image: ImageOnGround, uncertainty: Uncertainty) -> f64 {
     let ImageOnGround { across_m, along_m, .. } = image;
     let rectangle_m = |inaccuracy_m, drift_m| {
@@ -219,10 +224,10 @@ fn reach_m(image: ImageOnGround, uncertainty: Uncertainty) -> f64 {
     }
 }
 
-/// A flight is taken to be at least so long: what it shows is the same to a part of the region's margin, and its course has a direction.
+/// The shortest flight: a shorter one shows the same ground to within the region's margin, but its course has no direction.
 const LEAST_LENGTH_M: f64 = 1e-6;
 
-/// The edge in the local plane, and 𝒩.
+/// The edge in the local plane, and the nominal count 𝒩.
 fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<EdgePiece>, f64) {
     let ImageOnGround { across_m, along_m, heading_rad } = image;
     let drifted = |inaccuracy_m, drift_m| {
@@ -240,14 +245,14 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<EdgePiece>, f64)
             let length_m = flown_m.max(LEAST_LENGTH_M);
             let outline = reachable_outline(TurningFlight { length_m, radius_m, across_m, along_m }, inaccuracy_m);
             let area_m2 = weighted_area(&outline, |_| 1.0);
-            // Also where a length is none that the models take (1e-9 to 1e9).
+            // Also for a length outside the models' domain (1e-9 to 1e9).
             let by_paper = nominal_count_combined(across_m, along_m, flown_m, radius_m);
             let count = by_paper.ok().flatten().unwrap_or(area_m2 / (across_m * along_m));
             (polygon(&outline, heading_rad), count)
         }
         Uncertainty::Covariance { sigma_east_m, sigma_north_m, correlation } => {
             let normal = PlaneNormal::new(sigma_east_m, sigma_north_m, correlation);
-            // Area of a Minkowski sum: both areas and each side times how far the ellipse reaches beyond it.
+            // Area of a Minkowski sum: both areas, and each side times the distance that the ellipse reaches beyond it.
             let beyond = |n: Vertex| {
                 let w = normal.whitened_normal(n);
                 SIGMAS * w[0].hypot(w[1])
@@ -263,7 +268,7 @@ fn edge(image: ImageOnGround, uncertainty: Uncertainty) -> (Vec<EdgePiece>, f64)
     }
 }
 
-/// The edge as a ring of the Mercator plane about `centre`, and twice the farthest that it bows from its chords.
+/// The edge as a ring of the Mercator plane about `centre`, and twice its largest distance from the chords.
 fn ring(frame: &LocalFrame, centre: MercatorPoint, pieces: &[EdgePiece]) -> (Vec<Vertex>, f64) {
     let project = |v: Vertex| mercator_offset(frame, centre, v);
     let extent = pieces.iter().map(|p| project(p.at(0.0))).map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
@@ -274,11 +279,11 @@ fn ring(frame: &LocalFrame, centre: MercatorPoint, pieces: &[EdgePiece]) -> (Vec
         ring.extend((0..steps).map(|step| project(piece.at(step as f64 / steps as f64))));
         bow_m = bow_m.max(largest_bow(piece, steps, project));
     }
-    // A micrometre more than the rounding of Mercator coordinates (4 nm) and of the local frame.
+    // A micrometre covers the rounding of Mercator coordinates (4 nm) and of the local frame.
     (ring, 2.0 * bow_m + 1e-6)
 }
 
-/// Into how many equal parts a piece is cut so that each, seen through `project`, is straight to within `tolerance`.
+/// The number of equal parts of a piece that are each, projected, straight to within `tolerance`.
 fn steps_until_straight(piece: EdgePiece, tolerance: f64, project: impl Fn(Vertex) -> Vertex) -> usize {
     (0..MAX_HALVINGS)
         .map(|halvings| 1 << halvings)
@@ -286,7 +291,7 @@ fn steps_until_straight(piece: EdgePiece, tolerance: f64, project: impl Fn(Verte
         .unwrap_or(1 << MAX_HALVINGS)
 }
 
-/// Farthest that the middle of a part lies from the middle of its chord.
+/// The largest distance between the middle of a part and the middle of its chord.
 fn largest_bow(piece: EdgePiece, steps: usize, project: impl Fn(Vertex) -> Vertex) -> f64 {
     let at = |part: f64| project(piece.at(part / steps as f64));
     (0..steps)
@@ -298,8 +303,8 @@ fn largest_bow(piece: EdgePiece, steps: usize, project: impl Fn(Vertex) -> Verte
         .fold(0.0, f64::max)
 }
 
-/// An offset in the local plane as an offset in the Mercator plane. Goes on beyond 85.05 degrees, where the formula
-/// holds up to the pole.
+/// Projects an offset in the local plane to an offset in the Mercator plane, also beyond 85.05 degrees: the formula holds
+/// up to the pole.
 fn mercator_offset(frame: &LocalFrame, centre: MercatorPoint, offset: Vertex) -> Vertex {
     let point = frame
         .geodetic_from_enu(Enu { east_m: offset[0], north_m: offset[1] })
@@ -309,7 +314,7 @@ fn mercator_offset(frame: &LocalFrame, centre: MercatorPoint, offset: Vertex) ->
     [SEMI_MAJOR_M * turn, SEMI_MAJOR_M * point.latitude_rad().tan().asinh() - centre.y_m]
 }
 
-/// A Mercator rectangle outside which a normal distribution is of no account.
+/// The Mercator rectangle outside which a normal distribution is negligible.
 fn support(frame: &LocalFrame, centre: MercatorPoint, sigma_east_m: f64, sigma_north_m: f64) -> Rectangle {
     let edge = rectangle(2.0 * REACH_SIGMA * sigma_east_m, 2.0 * REACH_SIGMA * sigma_north_m, 0.0);
     let (ring, margin_m) = ring(frame, centre, &edge);
@@ -320,13 +325,13 @@ fn latitude_rad(y_m: f64) -> f64 {
     (y_m / SEMI_MAJOR_M).sinh().atan()
 }
 
-/// True square metres in a square metre of the projection.
+/// True square metres per square metre of the projection.
 fn ground_area_scale(y_m: f64) -> f64 {
     let scale = ground_scale(latitude_rad(y_m));
     scale.east * scale.north
 }
 
-/// Unlike `MercatorPoint::to_geodetic`, x = half a world stays 180 degrees.
+/// Longitude and latitude of a Mercator position. Unlike in `MercatorPoint::to_geodetic`, x = half a world stays 180 degrees.
 fn degrees_from_mercator(x_m: f64, y_m: f64) -> [f64; 2] {
     [(x_m / SEMI_MAJOR_M).to_degrees().clamp(-180.0, 180.0), latitude_rad(y_m).to_degrees()]
 }

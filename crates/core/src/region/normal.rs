@@ -2,10 +2,10 @@
 
 use super::polygon::{GAUSS_LEGENDRE, Vertex};
 
-/// Beyond this many standard deviations a distribution is taken to end: 2.7e-7 of a plane normal lies outside.
+/// The number of standard deviations beyond which a distribution is cut off: 2.7e-7 of a plane normal lies outside.
 pub(super) const REACH_SIGMA: f64 = 5.5;
 
-/// A covariance as its lower Cholesky factor, metres.
+/// A covariance in the plane, stored as its lower Cholesky factor, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PlaneNormal {
     sigma_east_m: f64,
@@ -14,9 +14,9 @@ pub(super) struct PlaneNormal {
 }
 
 impl PlaneNormal {
-    /// Standard deviations positive, correlation in (-1, 1).
+    /// Makes the distribution of positive standard deviations and a correlation in (-1, 1).
     pub(super) fn new(sigma_east_m: f64, sigma_north_m: f64, correlation: f64) -> Self {
-        // (1 - r)(1 + r) keeps its digits where 1 - r^2 loses them.
+        // (1 - r)(1 + r) keeps the digits that 1 - r^2 loses.
         let rest_m = sigma_north_m * ((1.0 - correlation) * (1.0 + correlation)).sqrt();
         Self { sigma_east_m, slope_m: correlation * sigma_north_m, rest_m }
     }
@@ -32,12 +32,12 @@ impl PlaneNormal {
         [u, (offset[1] - self.slope_m * u) / self.rest_m]
     }
 
-    /// L^T n: the direction in the whitened plane whose support point has the outward normal `n` here.
+    /// L^T n: the direction in the whitened plane whose support point has the outward normal `n` in this plane.
     pub(super) fn whitened_normal(self, n: Vertex) -> Vertex {
         [self.sigma_east_m * n[0] + self.slope_m * n[1], self.rest_m * n[1]]
     }
 
-    /// Smaller axis of the one-sigma ellipse, metres.
+    /// Semi-minor axis of the one-sigma ellipse, metres.
     pub(super) fn minor_sigma_m(self) -> f64 {
         let trace = self.sigma_east_m.powi(2) + self.slope_m.powi(2) + self.rest_m.powi(2);
         let determinant = (self.sigma_east_m * self.rest_m).powi(2);
@@ -46,14 +46,14 @@ impl PlaneNormal {
         (determinant / larger).sqrt()
     }
 
-    /// Area of the one-sigma ellipse over pi: the product of both axes, m^2.
+    /// Product of the semi-axes of the one-sigma ellipse, its area over pi, m^2.
     pub(super) fn axes_product_m2(self) -> f64 {
         self.sigma_east_m * self.rest_m
     }
 }
 
-/// Probability of one directed straight edge of a whitened polygon: the sum over a counterclockwise ring is the
-/// probability of its inside. Integrates Phi(u) phi(v) dv (Green's theorem); correct to about 1e-6.
+/// The contribution of one directed straight edge of a whitened polygon: the sum over a counterclockwise ring is the
+/// probability of its inside. Integrates Phi(u) phi(v) dv (Green's theorem), correct to about 1e-6.
 pub(super) fn edge_probability(start: Vertex, end: Vertex) -> f64 {
     // Cuts at |u|, |v| = reach leave pieces on which Phi(u) is 0 or 1, phi(v) is 0, or both are smooth.
     let mut cuts = [0.0, 1.0, 1.0, 1.0, 1.0, 1.0];
@@ -98,7 +98,7 @@ fn density(v: f64) -> f64 {
     (-v * v / 2.0).exp() / (2.0 * std::f64::consts::PI).sqrt()
 }
 
-/// Phi, absolute error below 7.5e-8 (Abramowitz and Stegun 26.2.17).
+/// Phi with an absolute error below 7.5e-8 (Abramowitz and Stegun 26.2.17).
 fn cumulative(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
     let series =
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn knows_the_table_of_the_normal_distribution() {
+    fn agrees_with_the_table_of_the_normal_distribution() {
         // Abramowitz and Stegun, table 26.1.
         for (x, phi) in [(0.0, 0.5), (1.0, 0.841_344_746), (-1.0, 0.158_655_254), (2.5, 0.993_790_335)] {
             assert!((cumulative(x) - phi).abs() < 1e-7);

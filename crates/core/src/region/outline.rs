@@ -1,21 +1,21 @@
-//! The edge of a region in the local plane, as curves that can be sampled anywhere.
+//! The edge of a region in the local plane, as pieces of curves.
 
 use super::normal::PlaneNormal;
 use super::polygon::Vertex;
 use crate::geodesy::{BodyFrame, BodyOffset, Enu};
 use std::f64::consts::TAU;
 
-/// One piece of a closed, counterclockwise edge; offsets east and north in metres.
+/// One piece of a closed, counterclockwise edge. Points are offsets east and north, metres.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum EdgePiece {
-    /// A straight line.
+    /// A straight side.
     Straight {
-        /// Where it starts.
+        /// Its start.
         start: Vertex,
-        /// Where it ends.
+        /// Its end.
         end: Vertex,
     },
-    /// Part of an ellipse about `centre`: `normal`'s ellipse of `sigmas`, between two whitened angles.
+    /// An arc, between two whitened angles, of the ellipse of `sigmas` standard deviations of `normal` about `centre`.
     Arc { centre: Vertex, normal: PlaneNormal, sigmas: f64, from_rad: f64, to_rad: f64 },
 }
 
@@ -33,8 +33,8 @@ impl EdgePiece {
     }
 }
 
-/// Corners of a rectangle about the origin, counterclockwise: front left, back left, back right, front right.
-/// `heading_rad` clockwise from north is the direction of its length.
+/// Corners of a rectangle about the origin, counterclockwise: front left, back left, back right, front right. Its length
+/// points along `heading_rad`, clockwise from north.
 pub(super) fn corners(width_m: f64, length_m: f64, heading_rad: f64) -> [Vertex; 4] {
     let frame = BodyFrame::from_heading_rad(heading_rad);
     let at = |right: f64, ahead: f64| turned(frame, [right * width_m / 2.0, ahead * length_m / 2.0]);
@@ -47,14 +47,14 @@ pub(super) fn rectangle(width_m: f64, length_m: f64, heading_rad: f64) -> Vec<Ed
     (0..4).map(|i| EdgePiece::Straight { start: corners[i], end: corners[(i + 1) % 4] }).collect()
 }
 
-/// The edge of a polygon given right and ahead of the centre, turned to a heading.
+/// The edge of a polygon whose vertices are offsets right and ahead of the centre under a heading.
 pub(super) fn polygon(vertices: &[Vertex], heading_rad: f64) -> Vec<EdgePiece> {
     let frame = BodyFrame::from_heading_rad(heading_rad);
     let corner = |i: usize| turned(frame, vertices[i % vertices.len()]);
     (0..vertices.len()).map(|i| EdgePiece::Straight { start: corner(i), end: corner(i + 1) }).collect()
 }
 
-/// A vertex given right and ahead, in east and north.
+/// Rotates an offset right and ahead to east and north.
 fn turned(frame: BodyFrame, [right_m, ahead_m]: Vertex) -> Vertex {
     let Enu { east_m, north_m } = frame.enu_from_body(BodyOffset { right_m, ahead_m });
     [east_m, north_m]

@@ -1,4 +1,4 @@
-//! Plane polygons against axis-aligned rectangles: meeting, clipping, cutting; weighted area; convex hulls.
+//! Plane polygons: intersection with axis-aligned rectangles, clipping, weighted areas, convex hulls.
 
 /// A point or offset of the plane, x east, y north.
 pub(super) type Vertex = [f64; 2];
@@ -20,22 +20,22 @@ impl Rectangle {
         }))
     }
 
-    /// Grown by `margin` on each side.
+    /// The rectangle grown by `margin` on each side.
     pub(super) fn grown(self, margin: f64) -> Self {
         Self { min: [self.min[0] - margin, self.min[1] - margin], max: [self.max[0] + margin, self.max[1] + margin] }
     }
 
-    /// Counterclockwise, from the least coordinates on.
+    /// The corners, counterclockwise from the smallest coordinates.
     pub(super) fn corners(self) -> [Vertex; 4] {
         [self.min, [self.max[0], self.min[1]], self.max, [self.min[0], self.max[1]]]
     }
 
-    /// Its centre.
+    /// The centre.
     pub(super) fn middle(self) -> Vertex {
         [(self.min[0] + self.max[0]) / 2.0, (self.min[1] + self.max[1]) / 2.0]
     }
 
-    /// What both share; `None` where their interiors do not meet.
+    /// The common part; `None` where the interiors do not overlap.
     pub(super) fn intersection(self, other: Self) -> Option<Self> {
         let shared = Self {
             min: [self.min[0].max(other.min[0]), self.min[1].max(other.min[1])],
@@ -45,8 +45,8 @@ impl Rectangle {
     }
 }
 
-/// The part of a ring (not closed, either turn) inside a rectangle; empty where they do not meet. A concave ring may
-/// come back with coincident edges along the rectangle's sides, which have no area.
+/// Clips a ring (not closed, of either orientation) to a rectangle; empty where they do not meet. The result of a concave
+/// ring may contain coincident edges along the rectangle's sides, which have no area.
 ///
 /// # References
 /// I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, CACM 17 (1974).
@@ -81,7 +81,7 @@ pub(super) fn touches(ring: &[Vertex], rectangle: Rectangle) -> bool {
         if enters(start, end, rectangle) {
             return true;
         }
-        // No edge enters: then all of the rectangle is on one side of the ring, and its corner says which.
+        // Where no edge enters, the rectangle lies wholly inside or outside the ring, as its corner does.
         let corner = rectangle.min;
         if (start[1] > corner[1]) != (end[1] > corner[1]) {
             let x = start[0] + (corner[1] - start[1]) / (end[1] - start[1]) * (end[0] - start[0]);
@@ -110,7 +110,8 @@ fn enters(start: Vertex, end: Vertex, rectangle: Rectangle) -> bool {
     from <= to
 }
 
-/// The parts of a ring inside a rectangle, each a ring of the same turn: unlike [`clip`] without bridges along the sides.
+/// The parts of a ring inside a rectangle, each a ring of the same orientation. Unlike the result of [`clip`] they contain
+/// no coincident edges.
 pub(super) fn parts_inside(ring: &[Vertex], to: Rectangle) -> Vec<Vec<Vertex>> {
     [(0, to.min[0], 1.0), (0, to.max[0], -1.0), (1, to.min[1], 1.0), (1, to.max[1], -1.0)]
         .into_iter()
@@ -119,7 +120,7 @@ pub(super) fn parts_inside(ring: &[Vertex], to: Rectangle) -> Vec<Vec<Vertex>> {
         })
 }
 
-/// The parts of a ring on one side of a line: where `sign * (coordinate - limit)` is not negative.
+/// The parts of a ring on the side of a line where `sign * (coordinate - limit)` is not negative.
 fn parts_beside(ring: &[Vertex], axis: usize, limit: f64, sign: f64) -> Vec<Vec<Vertex>> {
     let inside = |v: &Vertex| (v[axis] - limit) * sign >= 0.0;
     let Some(first) = ring.iter().position(|v| !inside(v)) else { return vec![ring.to_vec()] };
@@ -143,8 +144,8 @@ fn parts_beside(ring: &[Vertex], axis: usize, limit: f64, sign: f64) -> Vec<Vec<
     joined(runs, 1 - axis)
 }
 
-/// Joins runs that start and end on a line into rings: along the line inside and outside take turns, so that crossings
-/// belong together in pairs, and from the end of one run the ring goes on at the other crossing of its pair.
+/// Joins runs that start and end on a line into rings. Inside and outside alternate along the line, so crossings belong
+/// together in pairs: the ring continues from the end of one run at the other crossing of its pair.
 fn joined(runs: Vec<Vec<Vertex>>, along: usize) -> Vec<Vec<Vertex>> {
     let mut crossings: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * runs.len());
     for (i, run) in runs.iter().enumerate() {
@@ -153,7 +154,7 @@ fn joined(runs: Vec<Vec<Vertex>>, along: usize) -> Vec<Vec<Vertex>> {
     crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut next = vec![None; runs.len()];
     for pair in crossings.chunks_exact(2) {
-        // A run that starts and one that ends; two alike only where crossings coincide: then each closes on itself.
+        // One run starts and one ends. Both start or both end only where crossings coincide: then each closes on itself.
         match (pair[0], pair[1]) {
             ((_, to, true), (_, from, false)) | ((_, from, false), (_, to, true)) => next[from] = Some(to),
             _ => {}
@@ -175,7 +176,7 @@ fn joined(runs: Vec<Vec<Vertex>>, along: usize) -> Vec<Vec<Vertex>> {
     rings
 }
 
-/// The convex hull of points, counterclockwise, without points on its sides, into `hull`; sorts the points.
+/// Writes the convex hull of points into `hull`, counterclockwise, without points on its sides. Sorts the points.
 ///
 /// # References
 /// A. M. Andrew, Another efficient algorithm for convex hulls in two dimensions, Inf. Process. Lett. 9 (1979).
@@ -200,8 +201,8 @@ pub(super) fn convex_hull(points: &mut [Vertex], hull: &mut Vec<Vertex>) {
     hull.pop();
 }
 
-/// Integral of `weight(y)` over the area of a ring, positive where it turns counterclockwise.
-/// By Green's theorem, five Gauss points an edge: exact for weights of degree 8 in y.
+/// The integral of `weight(y)` over the area of a ring, positive for a counterclockwise ring. Uses Green's theorem with five
+/// Gauss points per edge, which is exact for weights of degree 8 in y.
 pub(super) fn weighted_area(ring: &[Vertex], weight: impl Fn(f64) -> f64) -> f64 {
     let mut area = 0.0;
     for (i, &end) in ring.iter().enumerate() {
@@ -248,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn weighs_by_height() {
+    fn integrates_a_weight_that_depends_on_y() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         assert!((weighted_area(&square, |y| y) - 0.5).abs() < 1e-12);
         assert!((weighted_area(&square, |y| y.powi(7)) - 0.125).abs() < 1e-12);

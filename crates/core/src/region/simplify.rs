@@ -1,14 +1,14 @@
-//! Fewer vertices for an outline as seen from a point, never less ground.
+//! Reduces the vertices of an outline without losing ground.
 
 use super::bearings::OutlineVertex;
 use super::polygon::{Vertex, weighted_area};
 
-/// An outline (counterclockwise, as [`super::bearings::Bearings::outline`] gives it) of at least the same ground with
-/// fewer vertices: as few as `target`, as long as no more than `budget` of its area is added.
+/// Encloses an outline (counterclockwise, from [`super::bearings::Bearings::outline`]) in one with fewer vertices. Stops at
+/// `target` vertices, or when the area has grown by the share `budget`.
 ///
-/// A vertex at which the outline bends inwards is left out; a side between two vertices at which it bends outwards
-/// gives way to the point where its neighbours meet. Both add a triangle that lies between the bearings of its ends,
-/// where nothing else of the outline is, so the outline stays simple.
+/// A vertex at which the outline bends inwards is removed. A side between two vertices at which it bends outwards is
+/// replaced by the point where its neighbours meet. Both add a triangle between the bearings of its ends, where no other
+/// part of the outline lies, so the outline stays simple.
 pub(super) fn enclose(mut outline: Vec<OutlineVertex>, target: usize, budget: f64) -> Vec<Vertex> {
     let area = weighted_area(&vertices(&outline), |_| 1.0);
     let mut left = budget * area;
@@ -19,7 +19,7 @@ pub(super) fn enclose(mut outline: Vec<OutlineVertex>, target: usize, budget: f6
             break;
         }
         costs.sort_by(f64::total_cmp);
-        // The cheaper half of what is possible, so that no dear step is taken where a cheap one comes up later.
+        // Take the cheaper half of the reductions: a cheap one may follow later in place of an expensive one now.
         let limit = costs[costs.len() / 2].min(left);
         let before = outline.len();
         outline = apply(&outline, &steps, limit, target, &mut left);
@@ -34,7 +34,7 @@ fn vertices(outline: &[OutlineVertex]) -> Vec<Vertex> {
     outline.iter().map(|v| v.at).collect()
 }
 
-/// What can be done at vertex i: leave it out, or merge it with the next into `merged`.
+/// The reduction at a vertex: remove it, or replace it and the next by `merged`. `area` is the added area.
 #[derive(Debug, Clone, Copy)]
 struct Reduction {
     area: f64,
@@ -48,7 +48,7 @@ fn step(outline: &[OutlineVertex], i: usize) -> Option<Reduction> {
     if inward >= 0.0 {
         return Some(Reduction { area: inward / 2.0, merged: None });
     }
-    // A run's end may not reach past its bearing.
+    // The end of a run must not reach past its bearing.
     if (b.ends && c.ends) || cross(b.at, c.at, d.at) <= 0.0 {
         return None;
     }
@@ -65,7 +65,7 @@ fn step(outline: &[OutlineVertex], i: usize) -> Option<Reduction> {
     area.is_finite().then_some(Reduction { area, merged: Some(OutlineVertex { at, ends: b.ends || c.ends }) })
 }
 
-/// Takes the steps that cost no more than `limit`, none beside another in one pass.
+/// Applies the reductions that add at most `limit`, in one pass, never two side by side.
 fn apply(
     outline: &[OutlineVertex],
     steps: &[Option<Reduction>],
@@ -78,7 +78,7 @@ fn apply(
     let mut count = n;
     let mut i = 0;
     while i < n {
-        // The first and the last few stay in this pass: their neighbours lie across the end of the list.
+        // Keep the first and the last few in this pass: their neighbours lie across the end of the list.
         let step = steps[i].filter(|s| s.area <= limit.min(*left) && i > 0 && i + 3 < n && count > target);
         let Some(step) = step else {
             kept.push(outline[i]);
@@ -87,7 +87,7 @@ fn apply(
         };
         *left -= step.area;
         count -= 1;
-        // Past the vertices on which this step's cost was reckoned.
+        // Skip the vertices from which the cost of this reduction was computed.
         match step.merged {
             Some(merged) => {
                 kept.extend([merged, outline[i + 2]]);
@@ -102,7 +102,7 @@ fn apply(
     kept
 }
 
-/// Twice the area of a triangle, positive where it turns left.
+/// Twice the area of a triangle, positive if counterclockwise.
 fn cross(a: Vertex, b: Vertex, c: Vertex) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
@@ -142,7 +142,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_is_lost(radii in prop::collection::vec(1.0..9.0f64, 12..200), budget in 0.0..0.5f64, target in 4usize..40) {
+        fn the_enclosing_outline_contains_every_point(radii in prop::collection::vec(1.0..9.0f64, 12..200), budget in 0.0..0.5f64, target in 4usize..40) {
             let outline = star(&radii);
             let few = enclose(outline.clone(), target, budget);
             prop_assert!(few.len() <= outline.len());

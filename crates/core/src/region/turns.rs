@@ -1,13 +1,13 @@
-//! Poses that an aircraft can have after a stated length of flight with a least turn radius: the paths that bound the
-//! reachable set, and a cover of what they reach by convex pieces.
+//! Poses that an aircraft can reach after a flight of stated length with a smallest turn radius: the paths that bound the
+//! reachable set, and a cover of their ends by convex polygons.
 //!
-//! Coordinates are right and ahead of the start, metres; headings clockwise from the start's.
+//! Coordinates are right and ahead of the start, metres; headings are clockwise from the heading at the start.
 
 use super::bearings::Bearings;
 use super::polygon::{Rectangle, Vertex, convex_hull};
 use std::f64::consts::{SQRT_2, TAU};
 
-/// Where the aircraft is and which way it looks.
+/// Position and heading of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TurnPose {
     pub(super) right_m: f64,
@@ -16,13 +16,13 @@ pub(super) struct TurnPose {
 }
 
 impl TurnPose {
-    /// Where every flight starts.
+    /// The start of every flight.
     pub(super) const START: Self = Self { right_m: 0.0, ahead_m: 0.0, heading_rad: 0.0 };
 
-    /// After `length_m` at constant curvature: `turn` 1 to the right, -1 to the left at `radius_m`, 0 straight.
+    /// The pose after `length_m` at constant curvature: `turn` is 1 to the right or -1 to the left at `radius_m`, 0 straight.
     pub(super) fn after(self, turn: f64, length_m: f64, radius_m: f64) -> Self {
         let angle = if turn == 0.0 { 0.0 } else { turn * (length_m / radius_m) };
-        // The chord in place of R (1 - cos): keeps its digits where the radius is far larger than the length.
+        // The chord, unlike R (1 - cos), keeps its digits where the radius is far larger than the length.
         let half = angle / 2.0;
         let chord_m = length_m * if half.abs() < 1e-5 { 1.0 - half * half / 6.0 } else { half.sin() / half };
         let (sin, cos) = (self.heading_rad + half).sin_cos();
@@ -33,7 +33,7 @@ impl TurnPose {
         }
     }
 
-    /// Corners of an image whose middle is here, its length along the heading.
+    /// Corners of an image centred on this position with its length along the heading.
     pub(super) fn corners(self, across_m: f64, along_m: f64) -> [Vertex; 4] {
         let (sin, cos) = self.heading_rad.sin_cos();
         [(-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)].map(|(r, a)| {
@@ -43,10 +43,10 @@ impl TurnPose {
     }
 }
 
-/// Three turns one after the other.
+/// Three consecutive turns.
 type Turns = [f64; 3];
 
-/// The paths that bound the reachable set and turn right first; their mirror images are the others.
+/// The paths that bound the reachable set and turn right first. The other bounding paths are their mirror images.
 ///
 /// # References
 /// V. S. Patsko, S. G. Pyatko, A. A. Fedotov, Three-dimensional reachability set for a nonlinear control system, J.
@@ -55,33 +55,33 @@ type Turns = [f64; 3];
 /// of a particle subject to curvature constraints, SIAM J. Control 13 (1975): the same for positions.
 pub(super) const BOUNDING: [Turns; 3] = [[1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [1.0, -1.0, 1.0]];
 
-/// From this many radii on, the shortest path to every pose that is farther off is a turn, a straight part and a turn,
-/// no turn a full circle: a turn-straight-turn path to a pose within 6 R is no longer than 4 pi + 8, and beyond 6 R the
-/// shortest path has a straight part and its length is continuous in the pose.
+/// Length in radii from which on the shortest path to every farther pose is a turn, a straight part and a turn, without a
+/// full circle. A turn-straight-turn path to a pose within 6 R is at most 4 pi + 8 radii long; beyond 6 R the shortest path
+/// has a straight part, and its length is continuous in the pose.
 pub(super) const LONG: f64 = 2.0 * TAU + 8.0;
 
 /// A flight and the image at its end.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TurningFlight {
-    /// Length flown.
+    /// Length of the flight.
     pub(super) length_m: f64,
-    /// Least turn radius.
+    /// Smallest turn radius.
     pub(super) radius_m: f64,
-    /// The image's extent across the heading at the end.
+    /// Extent of the image across the heading at the end.
     pub(super) across_m: f64,
-    /// And along it.
+    /// Extent of the image along the heading at the end.
     pub(super) along_m: f64,
 }
 
 impl TurningFlight {
-    /// From the image's middle to its corners.
+    /// Distance from the image's middle to its corners.
     pub(super) fn corner_m(self) -> f64 {
         self.across_m.hypot(self.along_m) / 2.0
     }
 
-    /// Adds to `cover` every image at the end of every path of `turns` whose first and last turn are no more than a
-    /// circle, each grown by `border_m` on all four sides. Curves are followed to within `slack_m`, where up to 160 steps
-    /// a circle allow it.
+    /// Adds to `cover` the images at the ends of all paths of `turns` whose first and last turn are at most a circle, each
+    /// grown by `border_m` on all four sides. Curves are followed to within `slack_m`, as far as 160 steps per circle
+    /// allow.
     pub(super) fn add_to(self, cover: &mut Bearings, turns: Turns, border_m: f64, slack_m: f64) {
         let grid = Grid::new(self, turns, slack_m);
         let border_m = border_m + grid.slack_m;
@@ -91,7 +91,7 @@ impl TurningFlight {
             std::mem::swap(&mut before, &mut after);
             let (near, far) = (&after, grid.row(self, turns, i + 1));
             for j in 0..far.len().min(near.len() - 1) {
-                // Where all of the flight is turning the last cell of a row is the triangle left of the diagonal.
+                // Where the whole flight is turning, the last cell of a row is the triangle left of the diagonal.
                 let cell = [Some(&near[j]), Some(&near[j + 1]), Some(&far[j]), far.get(j + 1)];
                 let middle = near[j].middle();
                 let radius_m = cell.iter().flatten().map(|image| image.farthest_from(middle)).fold(0.0, f64::max);
@@ -107,7 +107,7 @@ impl TurningFlight {
     }
 }
 
-/// An image on the ground.
+/// The corners of an image on the ground.
 #[derive(Debug, Clone, Copy)]
 struct ImageCorners {
     corners: [Vertex; 4],
@@ -124,15 +124,15 @@ impl ImageCorners {
     }
 }
 
-/// First and last turn in equal steps.
+/// A grid over the lengths of the first and the last turn in equal steps.
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     step_m: f64,
-    /// Cells of either turn.
+    /// Number of cells of either turn.
     cells: usize,
-    /// Steps of the whole length, where the grid ends at first + last = all of it.
+    /// Number of steps of the whole length, where first + last = whole length bounds the grid.
     diagonal: Option<usize>,
-    /// Farthest that a point of an image lies from the hull of its places at the corners of its cell.
+    /// Largest distance of a point of an image from the hull of that point's positions at the corners of the cell.
     slack_m: f64,
 }
 
@@ -141,8 +141,8 @@ impl Grid {
 
     fn new(flight: TurningFlight, turns: Turns, slack_m: f64) -> Self {
         let TurningFlight { length_m, radius_m, .. } = flight;
-        // Moving switch i by an angle d turns the rest of the path about it by k_i d, so q moves by k_i d |q - p_i|, and
-        // the second derivatives are at most k_i k_j |q - p_j| (+ k_i R for i = j, as p_i itself moves).
+        // Moving switch i by an angle d turns the rest of the path about it by k_i d, so q moves by k_i d |q - p_i|. The
+        // second derivatives are at most k_i k_j |q - p_j| (+ k_i R for i = j, because p_i itself moves).
         let kinks = [(turns[0] - turns[1]).abs(), (turns[1] - turns[2]).abs()];
         let corner_m = flight.corner_m();
         let middle_m = if turns[1] == 0.0 { length_m } else { length_m.min(2.0 * radius_m) };
@@ -153,8 +153,9 @@ impl Grid {
             + kinks[1] * (kinks[1] * last_m + radius_m);
         // Linear interpolation on a cell of angle d errs by at most (M11 + 2 M12 + M22) d^2 / 8.
         let turn_rad = (length_m / radius_m).min(TAU);
-        // Sides that turn about their middle span a wedge, of which the hull of a cell makes a rectangle: it shows where the
-        // whole flight turns so little that the outline follows the sides of images. More than 64 steps gain little.
+        // Sides that turn about their middle span a wedge, and the hull of a cell makes a rectangle of the wedge. That shows
+        // where the whole flight turns so little that the outline follows the sides of images. More than 64 steps gain
+        // little.
         let wedges = (turn_rad * flight.corner_m() / (2.0 * slack_m)).min(64.0);
         let steps = (turn_rad / (8.0 * slack_m / bend_m).sqrt()).max(wedges).ceil().clamp(4.0, Self::MOST);
         if length_m >= LONG * radius_m {
@@ -179,7 +180,7 @@ impl Grid {
         }
     }
 
-    /// The image's corners where the first turn takes `i` steps, by the steps of the last.
+    /// The image's corners where the first turn has `i` steps, indexed by the steps of the last turn.
     fn row(self, flight: TurningFlight, turns: Turns, i: usize) -> Vec<ImageCorners> {
         let TurningFlight { length_m, radius_m, across_m, along_m } = flight;
         let last = self.diagonal.map_or(self.cells, |all| self.cells.min(all - i));
@@ -196,7 +197,7 @@ impl Grid {
     }
 }
 
-/// A convex, counterclockwise polygon grown by a square of twice `border_m`: each vertex is moved to the corners that lie
+/// Dilates a convex, counterclockwise polygon by a square of edge 2 `border_m`: each vertex becomes the corners that lie
 /// farthest out between the normals of its sides.
 fn grown(polygon: &[Vertex], border_m: f64) -> Vec<Vertex> {
     const CORNERS: [Vertex; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -209,7 +210,7 @@ fn grown(polygon: &[Vertex], border_m: f64) -> Vec<Vertex> {
     };
     let n = polygon.len();
     if n < 3 {
-        // An image lost in rounding: no sides to go by.
+        // Rounding has collapsed the image, and it has no sides.
         let around = Rectangle::around(polygon).expect("a hull has vertices").grown(border_m);
         return around.corners().to_vec();
     }
