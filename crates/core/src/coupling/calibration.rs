@@ -1,21 +1,20 @@
-//! `Calibration`: what registrations cost and err on one machine, and what follows for a camera.
+//! `Calibration`: measured times and drifts of registrations on one machine, and the model constants for a camera.
 
 use super::error::{not_negative, positive};
 use super::{CouplingError, DriftLaw, RelativeCost, seconds_per_image};
 use serde::{Deserialize, Serialize};
 
-/// The constants of one machine, as `overfly calibrate` measures and writes them. Times in seconds; drifts in pixels, so that
-/// they hold at every height.
+/// The measured constants of one machine. Times are seconds. Drifts are pixels, so that they apply at every height.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// The images on which the times were measured, and what stands in them.
+    /// The images on which the times were measured.
     pub images: CalibratedImages,
-    /// Time of a relative registration (42 to 45), on those images.
+    /// Time of a relative registration of those images (42 to 45).
     pub relative: RelativeCost,
-    /// Drift of a relative registration against matched descriptors.
+    /// Drift of a relative registration as a function of its matched descriptors.
     pub drift: PixelDriftLaw,
-    /// Time of a search.
+    /// Time of a search as a function of its tiles.
     pub search: SearchCost,
 }
 
@@ -23,41 +22,41 @@ pub struct Calibration {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibratedImages {
-    /// Edge of the square images, pixels. `load_s` grows with an image's pixels, `estimate_s` with those compared.
+    /// Edge of the square images, pixels. `load_s` grows with the pixels of an image, `estimate_s` with the compared pixels.
     pub edge_px: f64,
-    /// Images of a larger edge (root of the area) are compared at a whole fraction of their size, pixels.
+    /// Largest edge (square root of the area) at which images are compared, pixels. Larger images are reduced by a whole
+    /// factor.
     pub most_compared_edge_px: f64,
-    /// N: descriptors on each image in a relative registration as the program runs it.
+    /// N: descriptors per image in a relative registration.
     pub descriptor_count: f64,
-    /// n: matched descriptors that agree, of those.
+    /// n: matched descriptors that agree (inliers).
     pub matched_count: f64,
 }
 
-/// D_U = sqrt(floor^2 + pair^2 / n), pixels of the images as they are compared.
+/// The drift law D_U = sqrt(floor^2 + pair^2 / n), in pixels of the compared images.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PixelDriftLaw {
-    /// Of a registration by a single pair, pixels.
+    /// Drift of a registration by a single pair, pixels.
     pub pair_drift_px: f64,
-    /// What no number of pairs averages out, pixels.
+    /// Drift that no number of pairs averages out, pixels.
     pub floor_px: f64,
 }
 
-/// t_exe = constant + K1 tiles, in tiles of the store.
+/// The search time t_exe = constant + K1 tiles, in tiles of the store.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchCost {
-    /// K1 per base tile of the store that is searched, seconds.
+    /// K1 per searched base tile of the store, seconds.
     pub seconds_per_store_tile: f64,
-    /// The part that does not grow with the map, seconds.
+    /// The part of the time that does not depend on the number of tiles, seconds.
     pub search_constant_s: f64,
-    /// Edge of such a tile, pixels of the map.
+    /// Edge of a tile, pixels of the map.
     pub tile_px: f64,
 }
 
 impl Calibration {
-    /// Constants of the project, for where nothing was measured: `overfly calibrate` on an idle core of a Xeon server, on the
-    /// demo's imagery.
+    /// Default constants, measured on an idle core of a Xeon server with the demo's imagery.
     pub const PROJECT: Self = Self {
         images: CalibratedImages {
             edge_px: 512.0,
@@ -76,10 +75,10 @@ impl Calibration {
         search: SearchCost { seconds_per_store_tile: 4.5e-4, search_constant_s: 0.011, tile_px: 512.0 },
     };
 
-    /// Whether all numbers are such that the models speak of them.
+    /// Checks that all values lie in the models' domain.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`] with the first field that is not.
+    /// [`CouplingError::OutOfDomain`] with the first field that does not.
     pub fn check(&self) -> Result<(), CouplingError> {
         positive("edge_px", self.images.edge_px)?;
         positive("most_compared_edge_px", self.images.most_compared_edge_px)?;
@@ -93,13 +92,13 @@ impl Calibration {
         Ok(())
     }
 
-    /// By what images of `width_px` by `height_px` are shrunk before they are compared, a whole number from 1.
+    /// The whole factor, at least 1, by which images of `width_px` by `height_px` are reduced before they are compared.
     pub fn shrinking(&self, width_px: f64, height_px: f64) -> f64 {
         ((width_px * height_px).sqrt() / self.images.most_compared_edge_px).ceil().max(1.0)
     }
 
-    /// The constants of relative registration for images of `width_px` by `height_px`: loading takes as long as the image
-    /// has pixels, estimating as long as pixels are compared; what is spent per descriptor stays.
+    /// The constants of relative registration for images of `width_px` by `height_px`. The loading time is proportional to the
+    /// image's pixels and the estimation time to the compared pixels; the times per descriptor do not change.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -111,7 +110,8 @@ impl Calibration {
         Ok(RelativeCost { load_s: base.load_s * ratio, estimate_s: base.estimate_s * compared, ..base })
     }
 
-    /// t0 of (9): a relative registration of images of `width_px` by `height_px` with this calibration's descriptors, seconds.
+    /// t0 of (9), seconds: the time of a relative registration of images of `width_px` by `height_px` with this calibration's
+    /// number of descriptors.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -122,13 +122,13 @@ impl Calibration {
         self.relative_cost(width_px, height_px)?.total_s(self.images.descriptor_count)
     }
 
-    /// D_U, metres, of images of `width_px` by `height_px` at `gsd_m_per_px` with `matched_count` matches.
+    /// D_U, metres, for images of `width_px` by `height_px` at `gsd_m_per_px` with `matched_count` matches.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
     ///
     /// # Example
-    /// Images of twice the compared edge are compared at half their size: a pixel of drift is two of theirs.
+    /// Images of twice the largest compared edge are compared at half their size: a pixel of drift is two of their pixels.
     /// ```
     /// let c = overfly_core::coupling::Calibration::PROJECT;
     /// let [small, large] = [720.0, 1440.0].map(|edge| c.unit_drift_m(edge, edge, 0.5, 100.0).unwrap());
@@ -145,7 +145,7 @@ impl Calibration {
         self.drift.in_metres(compared_m)?.unit_drift_m(matched_count)
     }
 
-    /// K1 of (4), per image of `across_m` by `along_m`, seconds, over a map of `map_gsd_m_per_px`.
+    /// K1 of (4), seconds per image of `across_m` by `along_m`, for a map of `map_gsd_m_per_px`.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -167,7 +167,7 @@ impl PixelDriftLaw {
         self.floor_px.hypot(self.pair_drift_px / matched_count.sqrt())
     }
 
-    /// The law on the ground, for pixels of `m_per_px`.
+    /// The law in metres on the ground, for pixels of `m_per_px`.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].

@@ -1,7 +1,9 @@
-//! The combined mode: absolute registrations only, each searching what the aircraft can have reached during the one before.
+//! The combined mode: absolute registrations only. Each searches the ground that the aircraft can have reached during the
+//! one before.
 //!
-//! Two models stand side by side. `_paper`: equations 28 to 31 as printed. Without the suffix: the same with the areas put
-//! right, as derived in [`shown_area_m2`](super::shown_area_m2), and with I and the constant part of a search.
+//! There are two models. Functions with the suffix `_paper` are equations 28 to 31 as printed. Functions without the suffix
+//! use corrected areas, as derived in [`shown_area_m2`](super::shown_area_m2), and include I and the constant part of a
+//! search.
 
 use super::error::not_negative;
 use super::sequence::{ExecutionSequence, FixedPoints, crossing};
@@ -14,7 +16,7 @@ pub struct Combined {
 }
 
 impl Combined {
-    /// The model of these parameters (`unit_drift_m`, `relative_s` and `failure_probability` play no part).
+    /// Makes the model. It does not use `unit_drift_m`, `relative_s` and `failure_probability`.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -23,8 +25,8 @@ impl Combined {
         Ok(Self { parameters })
     }
 
-    /// How far the aircraft can turn during a search of `execution_s`, radians. The printed model calls for far below 1, the
-    /// corrected one for at most a quarter of a turn.
+    /// The largest turn of the aircraft during a search of `execution_s`, radians. The printed model assumes that it is far
+    /// below 1, the corrected one that it is at most a quarter of a turn.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -36,7 +38,7 @@ impl Combined {
         turned_rad(p.speed_mps * not_negative("execution_s", execution_s)?, p.min_turn_radius_m)
     }
 
-    /// 𝒩 of the search after one of `execution_s` seconds, as printed: 0 after none.
+    /// 𝒩 of the search that follows one of `execution_s` seconds, as printed; 0 for `execution_s` = 0.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -49,32 +51,32 @@ impl Combined {
         Ok(swept_area_paper_m2(p.across_m, path_m, p.min_turn_radius_m)? / (p.across_m * p.along_m))
     }
 
-    /// 𝒩 of the search after one of `execution_s` seconds: all that the image can show, I included; (a + I)(b + I) / (a b)
-    /// after none. The wings' width is taken as s^2 / (2 R), so that 𝒩 is a polynomial, and never too small up to a
-    /// quarter of a turn: above the exact area by at most the share u^2 / (2 - 2 cos(u)) - 1, u = s / R (9 % at one radian,
-    /// 23 % at the quarter).
+    /// 𝒩 of the search that follows one of `execution_s` seconds: all ground that the image can show, I included;
+    /// (a + I)(b + I) / (a b) for `execution_s` = 0. The width of the wings is taken as s^2 / (2 R), which makes 𝒩 a
+    /// polynomial. Up to a quarter of a turn it is never too small, and exceeds the exact area by at most the share
+    /// u^2 / (2 - 2 cos(u)) - 1 with u = s / R: 9 % at one radian, 23 % at the quarter.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
     ///
     /// # References
-    /// In place of equation 28: (s^3 / (3 R) + (b + I) s^2 / R + (a + I) s + (a + I)(b + I)) / (a b), s = v t.
+    /// Replaces equation 28: (s^3 / (3 R) + (b + I) s^2 / R + (a + I) s + (a + I)(b + I)) / (a b), s = v t.
     pub fn nominal_count(&self, execution_s: f64) -> Result<f64, CouplingError> {
         let p = &self.parameters;
         let path_m = p.speed_mps * not_negative("execution_s", execution_s)?;
         Ok(self.area_m2(path_m) / (p.across_m * p.along_m))
     }
 
-    /// Phi as printed: the time of each search from that of the one before.
+    /// Phi as printed: the sequence of search times.
     ///
-    /// Its fixed points are 0 and s1. It tends to 0 from every start below s1: a search of no time at all, as nothing is
-    /// searched where the aircraft had no time to move. At s1 it stays, which condition 2 overlooks.
+    /// Its fixed points are 0 and s1. From every start below s1 it tends to 0, because the printed model searches nothing
+    /// where the aircraft had no time to move. A start at s1 stays there, which condition 2 overlooks.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`] where a coefficient overflows.
     ///
     /// # References
-    /// Equation 29: sigma and sigma' are the cube and linear coefficient. Equations 30 and 31 are its fixed points.
+    /// Equation 29: sigma and sigma' are the cubic and the linear coefficient. Equations 30 and 31 are its fixed points.
     pub fn sequence_paper(&self) -> Result<ExecutionSequence, CouplingError> {
         let p = &self.parameters;
         let (k, v) = (p.seconds_per_m2(), p.speed_mps);
@@ -82,14 +84,14 @@ impl Combined {
         ExecutionSequence::polynomial(0.0, k * v * p.across_m, 0.0, cube)
     }
 
-    /// The time of each search from that of the one before. `unstable_s` of its fixed points is also how long the mode
-    /// holds without a fix.
+    /// The sequence of search times. `unstable_s` of its fixed points is also the longest time without a fix from which the
+    /// mode recovers.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`] where a coefficient overflows.
     ///
     /// # Example
-    /// A 600 x 400 m image searched in 0.3 s, 40 m/s: it settles a little above those 0.3 s, not at 0.
+    /// A 600 x 400 m image searched in 0.3 s at 40 m/s: the times settle a little above 0.3 s, not at 0.
     /// ```
     /// # use overfly_core::coupling::*;
     /// # let parameters = CouplingParameters {
@@ -103,7 +105,7 @@ impl Combined {
     /// ```
     ///
     /// # References
-    /// In place of equation 29: `search_constant_s` + K1 times [`nominal_count`](Self::nominal_count).
+    /// Replaces equation 29: `search_constant_s` + K1 times [`nominal_count`](Self::nominal_count).
     pub fn sequence(&self) -> Result<ExecutionSequence, CouplingError> {
         let p = &self.parameters;
         let (k, v, r) = (p.seconds_per_m2(), p.speed_mps, p.min_turn_radius_m);
@@ -115,10 +117,10 @@ impl Combined {
         )
     }
 
-    /// s2 = 0 and s1 of the printed model.
+    /// The fixed points s2 = 0 and s1 of the printed model.
     ///
     /// # Errors
-    /// [`CouplingError::NoFixedPoint`] where sigma' is 1 or more: condition 1 does not hold.
+    /// [`CouplingError::NoFixedPoint`] where sigma' is 1 or more, so that condition 1 does not hold.
     ///
     /// # References
     /// Equations 30 and 31.
@@ -126,18 +128,18 @@ impl Combined {
         self.sequence_paper()?.fixed_points().ok_or(CouplingError::NoFixedPoint)
     }
 
-    /// The time at which searches settle, and the longest from which they do.
+    /// The time at which searches settle, and the longest time from which they still settle.
     ///
     /// # Errors
     /// [`CouplingError::NoFixedPoint`] above [`max_speed_mps`](Self::max_speed_mps).
     ///
     /// # References
-    /// In place of equations 30 and 31.
+    /// Replaces equations 30 and 31.
     pub fn fixed_points(&self) -> Result<FixedPoints, CouplingError> {
         self.sequence()?.fixed_points().ok_or(CouplingError::NoFixedPoint)
     }
 
-    /// The speed from which on the printed model does not settle, m/s: b / K1.
+    /// The speed at and above which the printed model does not settle, m/s: b / K1.
     ///
     /// # References
     /// Condition 1 of section IV.D: sigma' < 1.
@@ -145,11 +147,11 @@ impl Combined {
         self.parameters.along_m / self.parameters.seconds_per_tile
     }
 
-    /// The speed up to which searches settle, m/s; at an infinite turn radius, below which.
+    /// The largest speed at which searches settle, m/s. With an infinite turn radius they settle below that speed only.
     ///
     /// # References
-    /// Not in the paper. With Q(s) the area after s metres and k = K1 / (a b), a fixed point is a way s with v = s / (k Q(s)):
-    /// the largest of these lies where Q = s Q', and is 1 / (k Q') there.
+    /// Not in the paper. With Q(s) the area after s metres and k = K1 / (a b), a fixed point is a path length s with
+    /// v = s / (k Q(s)). The largest such v lies where Q = s Q', and is 1 / (k Q') there.
     pub fn max_speed_mps(&self) -> f64 {
         let p = &self.parameters;
         let (a_m, b_m) = (p.across_m + p.inaccuracy_m, p.along_m + p.inaccuracy_m);

@@ -1,23 +1,25 @@
-//! Drift: how that of single relative registrations adds up between two absolute ones, and how it falls with matches.
+//! Drift of relative registrations: its growth between two absolute registrations, and its decrease with the number of
+//! matches.
 
 use super::error::{not_negative, positive};
 use super::{CouplingError, displacement_sigma_m};
 use serde::{Deserialize, Serialize};
 
-/// How the drift of n relative registrations grows with n.
+/// Growth of the drift of n relative registrations with n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriftGrowth {
-    /// The paper's: n times that of one. A bias that every registration repeats, or the worst case of bounded errors.
+    /// n times the drift of one registration, as in the paper: a bias that every registration repeats, or the worst case of
+    /// bounded errors.
     #[default]
     Linear,
-    /// sqrt(n) times that of one: errors that are independent of each other. `unit_drift_m` is then a bound at the chosen
-    /// confidence (two or three standard deviations of one registration), and so is the result.
+    /// sqrt(n) times the drift of one registration: independent errors. `unit_drift_m` is then a bound at a chosen confidence
+    /// (two or three standard deviations of one registration), and so is the result.
     SquareRoot,
 }
 
 impl DriftGrowth {
-    /// What `unit_drift_m` is multiplied by after `relative_count` registrations (n at least 0, not only whole numbers).
+    /// The factor on `unit_drift_m` after `relative_count` registrations, a number of at least 0 that need not be whole.
     pub fn factor(self, relative_count: f64) -> f64 {
         match self {
             Self::Linear => relative_count,
@@ -44,41 +46,41 @@ impl DriftGrowth {
     }
 }
 
-/// The paper's one figure of drift: this many matched descriptors ...
+/// Number of matched descriptors at which the paper states a drift: [`PAPER_DRIFT_M`].
 ///
 /// # References
 /// Section V.D after figure 15: "to have less than 1 m unitary drift, it is necessary to have more than 600".
 pub const PAPER_DRIFT_MATCHES: f64 = 600.0;
-/// ... bring the drift of one relative registration to this, metres.
+/// Drift of one relative registration at [`PAPER_DRIFT_MATCHES`] matched descriptors, metres.
 pub const PAPER_DRIFT_M: f64 = 1.0;
 
 /// The drift of one relative registration as a function of its matched descriptors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriftLaw {
-    /// Of a registration by a single pair, metres: the part that averages out.
+    /// Drift of a registration by a single pair, metres: the part that averages out.
     pub pair_drift_m: f64,
-    /// What no number of pairs averages out, metres: pixel grids that never coincide (section III.B: up to half a pixel),
-    /// calibration. The paper has no such part in its law.
+    /// Drift that no number of pairs averages out, metres: pixel grids never coincide (section III.B: up to half a pixel), and
+    /// the calibration errs. The paper's law has no such part.
     pub floor_m: f64,
 }
 
 impl DriftLaw {
-    /// The law of section III through the paper's one figure: 1 m at 600 matches, so sqrt(600) = 24.5 m for one. The
-    /// "hundred metres" that the paper speaks of for poor ground lie above this law: few matches are not only few, but
-    /// also wrong ones among them.
-    pub fn of_the_paper() -> Self {
+    /// Makes the law of section III through the paper's one figure: 1 m at 600 matches, so sqrt(600) = 24.5 m for one match.
+    /// The "hundred metres" that the paper mentions for poor ground lie above this law, because some of the few matches
+    /// there are wrong.
+    pub fn from_paper() -> Self {
         Self { pair_drift_m: PAPER_DRIFT_M * PAPER_DRIFT_MATCHES.sqrt(), floor_m: 0.0 }
     }
 
     /// D_U, metres: sqrt(floor^2 + pair^2 / n).
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`] for fewer than one match or a law with negative parts.
+    /// [`CouplingError::OutOfDomain`] for fewer than one match, or a law with a negative part.
     ///
     /// # Example
     /// ```
-    /// let unit_drift_m = overfly_core::coupling::DriftLaw::of_the_paper().unit_drift_m(600.0).unwrap();
+    /// let unit_drift_m = overfly_core::coupling::DriftLaw::from_paper().unit_drift_m(600.0).unwrap();
     /// assert!((unit_drift_m - 1.0).abs() < 1e-12);
     /// ```
     ///
@@ -89,7 +91,7 @@ impl DriftLaw {
         Ok(displacement_sigma_m(self.pair_drift_m, matched_count)?.hypot(floor_m))
     }
 
-    /// The matches that bring the drift down to `unit_drift_m`, at least 1; infinite at or below the floor.
+    /// The number of matches, at least 1, at which the drift is `unit_drift_m`; infinite at or below the floor.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -149,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_papers_hundred_metres_lie_above_its_own_law() {
-        let most_m = DriftLaw::of_the_paper().unit_drift_m(1.0).unwrap();
+        let most_m = DriftLaw::from_paper().unit_drift_m(1.0).unwrap();
         assert!((most_m - 600f64.sqrt()).abs() < 1e-12 && most_m < 100.0);
     }
 }

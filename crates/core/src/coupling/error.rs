@@ -1,27 +1,27 @@
-//! Why a model of `coupling` has no answer.
+//! `CouplingError`: why a model has no result, and the checks of its parameters.
 
-/// A condition of the models that does not hold, with the numbers that break it.
+/// A condition of the models that does not hold, with its values.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CouplingError {
-    /// A number is NaN, infinite where it must not be, or outside of what the model speaks of.
+    /// A number is outside the models' domain.
     #[error("{name} = {value}: {expected}")]
     OutOfDomain {
         /// The field or argument.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What is accepted.
+        /// The accepted values.
         expected: &'static str,
     },
-    /// Equation 7: even without drift an absolute registration outlasts the flight over one image.
+    /// An absolute registration takes longer than the flight over one image even without drift (equation 7).
     #[error("at {speed_mps} m/s every absolute registration comes too late; this mode ends at {max_speed_mps:.3} m/s")]
     SpeedAboveMax {
-        /// v.
+        /// v, metres per second.
         speed_mps: f64,
-        /// v_max.
+        /// v_max, metres per second.
         max_speed_mps: f64,
     },
-    /// Equation 8: after so many relative registrations the absolute one outlasts the flight over one image.
+    /// After this many relative registrations an absolute one takes longer than the flight over one image (equation 8).
     #[error(
         "after {relative_count} relative registrations the absolute one comes too late; at most {max_relative_count:.3}"
     )]
@@ -31,31 +31,33 @@ pub enum CouplingError {
         /// n_max.
         max_relative_count: f64,
     },
-    /// Conditions 1 and 2 of the parallel mode, condition 1 of the combined one: every search takes longer than the one before.
+    /// Every search takes longer than the one before (conditions 1 and 2 of the parallel mode, condition 1 of the combined
+    /// mode).
     #[error("no execution time reproduces itself: every search takes longer than the one before it")]
     NoFixedPoint,
-    /// Condition 3 of the parallel mode, condition 2 of the combined one: too long without a fix.
+    /// The time since the last fix is too long (condition 3 of the parallel mode, condition 2 of the combined mode).
     #[error("started from {start_s} s the searches take longer and longer; they settle from below {limit_s:.6} s only")]
     StartsTooLate {
-        /// t_exe(1).
+        /// t_exe(1), seconds.
         start_s: f64,
-        /// The fixed point that repels: t2, s1.
+        /// The unstable fixed point: t2, s1.
         limit_s: f64,
     },
-    /// Condition 24 and what stands in its place here: the area's shape is known up to a quarter of a turn.
+    /// The flight turns by more than the quarter of a turn up to which the shape of the area is known (in place of
+    /// condition 24).
     #[error("{path_m} m of flight at a radius of {min_turn_radius_m} m is more than a quarter of a turn")]
     BeyondQuarterTurn {
-        /// v t_exe.
+        /// v t_exe, metres.
         path_m: f64,
-        /// R_min.
+        /// R_min, metres.
         min_turn_radius_m: f64,
     },
-    /// Section III: not even a registration of no descriptors ends in time.
+    /// A relative registration without any descriptor already takes too long (section III).
     #[error("a relative registration takes {least_s:.6} s before its first descriptor, and {limit_s:.6} s are left")]
     NoTime {
-        /// Time of a registration without descriptors.
+        /// Time of a registration without descriptors, seconds.
         least_s: f64,
-        /// Time there is.
+        /// Available time, seconds.
         limit_s: f64,
     },
 }
@@ -75,12 +77,12 @@ impl CouplingError {
     }
 }
 
-/// Smallest and largest number that the models take for a length, time, speed or count where zero makes no sense.
-/// Wide enough for anything that flies; products of a few stay far from what f64 can hold.
+/// The smallest and the largest length, time, speed or count of the models. The range covers every aircraft, and products of
+/// a few such numbers do not overflow.
 const LEAST: f64 = 1e-9;
 const MOST: f64 = 1e9;
 
-/// `value` if it is a number from 1e-9 to 1e9.
+/// Returns `value` if it is a number from 1e-9 to 1e9.
 pub(super) fn positive(name: &'static str, value: f64) -> Result<f64, CouplingError> {
     let holds = (LEAST..=MOST).contains(&value);
     if holds {
@@ -90,20 +92,20 @@ pub(super) fn positive(name: &'static str, value: f64) -> Result<f64, CouplingEr
     }
 }
 
-/// `value` if it is a number from 0 to 1e9.
+/// Returns `value` if it is a number from 0 to 1e9.
 pub(super) fn not_negative(name: &'static str, value: f64) -> Result<f64, CouplingError> {
     let holds = (0.0..=MOST).contains(&value);
     if holds { Ok(value) } else { Err(CouplingError::OutOfDomain { name, value, expected: "a number from 0 to 1e9" }) }
 }
 
-/// `value` if it is from 1e-9 up, infinity included.
+/// Returns `value` if it is a number from 1e-9 to 1e9, or infinity.
 pub(super) fn positive_or_infinite(name: &'static str, value: f64) -> Result<f64, CouplingError> {
     let holds = value == f64::INFINITY || (LEAST..=MOST).contains(&value);
     let expected = "a number from 1e-9 to 1e9, or infinity";
     if holds { Ok(value) } else { Err(CouplingError::OutOfDomain { name, value, expected }) }
 }
 
-/// `value` if it is above 0 and at most 1.
+/// Returns `value` if it is above 0 and at most 1.
 pub(super) fn probability(name: &'static str, value: f64) -> Result<f64, CouplingError> {
     let holds = value > 0.0 && value <= 1.0;
     if holds { Ok(value) } else { Err(CouplingError::OutOfDomain { name, value, expected: "above 0, at most 1" }) }

@@ -1,22 +1,22 @@
-//! What a relative registration costs: loading, matching, sifting and estimating, from the number of descriptors.
+//! The time of a relative registration: loading, matching, thresholding and estimating, from the number of descriptors.
 
 use super::CouplingError;
 use super::error::{not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// A_c of the paper's machine, seconds a descriptor: figure 12.
+/// A_c of the paper's machine, seconds per descriptor (figure 12).
 pub const PAPER_SECONDS_PER_DESCRIPTOR: f64 = 234e-6;
-/// L as printed under figure 12, seconds. Nine microseconds for a 512 x 512 image would be 29 gigabytes a second from the
-/// disk: it cannot be meant.
+/// L as printed under figure 12, seconds. Nine microseconds for a 512 x 512 image would be 29 gigabytes per second from the
+/// disk, so this is probably a misprint.
 pub const PAPER_LOAD_S: f64 = 9e-6;
-/// L as it is probably meant, seconds: nine milliseconds.
+/// L as it is probably meant: nine milliseconds, in seconds.
 pub const PROBABLE_LOAD_S: f64 = 9e-3;
-/// Ground sample distance of the paper's 72 images, metres: section V.D.
+/// Ground sample distance of the paper's 72 images, metres per pixel (section V.D).
 pub const PAPER_GSD_M_PER_PX: f64 = 1.19;
-/// Edge of the paper's images, pixels: section V.D.
+/// Edge of the paper's images, pixels (section V.D).
 pub const PAPER_IMAGE_PX: f64 = 512.0;
 
-/// N, the descriptors on an image: density times ground area.
+/// N, the number of descriptors on an image: density times ground area.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
@@ -28,28 +28,28 @@ pub fn descriptor_count(descriptors_per_m2: f64, across_m: f64, along_m: f64) ->
     Ok(density * positive("across_m", across_m)? * positive("along_m", along_m)?)
 }
 
-/// The constants of one machine and one way of describing images. The paper prints A_c and L; t0, B and t_c stand only
-/// in its figures 13 and 14.
+/// The constants of one machine and one descriptor. The paper prints A_c and L; t0, B and t_c only appear in its figures 13
+/// and 14.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RelativeCost {
-    /// A_c: describing one keypoint, seconds.
+    /// A_c: time to describe one keypoint, seconds.
     pub seconds_per_descriptor: f64,
-    /// L: reading an image into memory, seconds.
+    /// L: time to read an image into memory, seconds.
     pub load_s: f64,
-    /// t0 of (43, 45), which is not t0 of (9): comparing one pair of descriptors, seconds.
+    /// t0 of (43, 45), which is not t0 of (9): time to compare one pair of descriptors, seconds.
     pub pair_comparison_s: f64,
-    /// B: keeping or dropping one correspondence, seconds.
+    /// B: time to accept or reject one correspondence, seconds.
     pub threshold_s_per_descriptor: f64,
-    /// t_c: estimating shift and turn, seconds.
+    /// t_c: time to estimate displacement and rotation, seconds.
     pub estimate_s: f64,
 }
 
 impl RelativeCost {
-    /// t_l, seconds: reading one image and describing `descriptor_count` keypoints.
+    /// t_l, seconds: the time to read one image and describe `descriptor_count` keypoints.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`], also for a constant of the machine.
+    /// [`CouplingError::OutOfDomain`], also for the constants themselves.
     ///
     /// # References
     /// Equation 42.
@@ -59,7 +59,8 @@ impl RelativeCost {
         Ok(each_s * n + not_negative("load_s", self.load_s)?)
     }
 
-    /// t_m, seconds: every descriptor of one image against every one of the other, both with `descriptor_count`.
+    /// t_m, seconds: the time to compare every descriptor of one image with every descriptor of the other, where both have
+    /// `descriptor_count`.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -71,7 +72,7 @@ impl RelativeCost {
         Ok(not_negative("pair_comparison_s", self.pair_comparison_s)? * n * n)
     }
 
-    /// t_tau, seconds: sifting the correspondences, whatever the overlap.
+    /// t_tau, seconds: the time to threshold the correspondences, independent of the overlap.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -83,8 +84,8 @@ impl RelativeCost {
         Ok(not_negative("threshold_s_per_descriptor", self.threshold_s_per_descriptor)? * n)
     }
 
-    /// T_exe, seconds: one whole relative registration, the earlier image's descriptors being kept. It is what
-    /// `relative_s` (t0 of 9 and 17) stands for.
+    /// T_exe, seconds: the time of a whole relative registration with the descriptors of the earlier image in memory. This is
+    /// `relative_s` of [`CouplingParameters`](super::CouplingParameters), t0 of (9) and (17).
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -108,16 +109,16 @@ impl RelativeCost {
         Ok(steps_s + not_negative("estimate_s", self.estimate_s)?)
     }
 
-    /// The most descriptors with which a relative registration still ends within `limit_s` (for instance
-    /// [`overlap_limit_s`](super::overlap_limit_s)): as the error falls with their number, the best choice that section
-    /// III looks for. Infinite where descriptors cost nothing.
+    /// The largest number of descriptors with which a relative registration ends within `limit_s` (for instance
+    /// [`overlap_limit_s`](super::overlap_limit_s)). The error decreases with that number, so it is the best choice in the
+    /// sense of section III. Infinite where descriptors take no time.
     ///
     /// # Errors
     /// [`CouplingError::NoTime`] where loading and estimating alone take longer; [`CouplingError::OutOfDomain`].
     ///
     /// # References
-    /// Section III.A and figure 1, which take the time as proportional to n; by (45) it is quadratic, and its larger root
-    /// is returned.
+    /// Section III.A and figure 1, where the time is proportional to n. By (45) the time is quadratic; the result is the
+    /// larger root.
     pub fn most_descriptors(&self, limit_s: f64) -> Result<f64, CouplingError> {
         let least_s = self.total_s(0.0)?;
         let left_s = not_negative("limit_s", limit_s)? - least_s;
@@ -130,7 +131,7 @@ impl RelativeCost {
         if linear == 0.0 && square == 0.0 {
             return Ok(f64::INFINITY);
         }
-        // Of t0 N^2 + (A_c + B) N - left = 0, written so that nothing cancels for small t0.
+        // The root of t0 N^2 + (A_c + B) N - left = 0, in the form without cancellation for small t0.
         Ok(2.0 * left_s / (linear + (linear * linear + 4.0 * square * left_s).sqrt()).max(f64::MIN_POSITIVE))
     }
 }

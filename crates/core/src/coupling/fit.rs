@@ -1,9 +1,9 @@
-//! Laws through measurements: straight lines where the error is a share of the value, as that of times and drifts is, and how
-//! well a law holds.
+//! Fits of laws to measurements: lines and powers by least squares of relative errors, because the errors of times and drifts
+//! grow with the value, and the coefficient of determination.
 
-/// Constant and slope, neither negative, of the line through `points` (x, y) with the least sum of squared relative
-/// errors ((y - line) / y)^2. Where the best line would have a negative part, the best one without it. `None` without a
-/// point whose y is positive and whose x is finite; one point gives a constant.
+/// Constant and slope of the line through `points` (x, y) with the least sum of squared relative errors
+/// ((y - line) / y)^2. Neither is negative: where one would be, the fit leaves that part out. `None` without a point with a
+/// positive y and a finite x; one point gives a constant.
 ///
 /// # Example
 /// ```
@@ -17,7 +17,7 @@ pub fn fit_line(points: &[(f64, f64)]) -> Option<[f64; 2]> {
     if count == 0 {
         return None;
     }
-    // Of the rows (1 / y, x / y) against 1.
+    // Normal equations of the rows (1 / y, x / y) against 1.
     let (s11, s1x, sxx) = (sum(|_, y| 1.0 / (y * y)), sum(|x, y| x / (y * y)), sum(|x, y| x * x / (y * y)));
     let (s1, sx) = (sum(|_, y| 1.0 / y), sum(|x, y| x / y));
     let determinant = s11 * sxx - s1x * s1x;
@@ -35,8 +35,8 @@ pub fn fit_line(points: &[(f64, f64)]) -> Option<[f64; 2]> {
     })
 }
 
-/// The slope of the line through the origin with the least sum of squared relative errors; `None` without a point whose x
-/// and y are positive.
+/// The slope of the line through the origin with the least sum of squared relative errors; `None` without a point with
+/// positive x and y.
 ///
 /// # Example
 /// ```
@@ -48,8 +48,8 @@ pub fn fit_slope(points: &[(f64, f64)]) -> Option<f64> {
     (squares > 0.0 && squares.is_finite()).then(|| shares.iter().sum::<f64>() / squares)
 }
 
-/// The share of the variance of y that a law explains: 1 - sum((y - law)^2) / sum((y - mean)^2), at most 1 and below 0 where
-/// the mean says more than the law. `None` with fewer than three points or without variance.
+/// The coefficient of determination R^2 of a law, 1 - sum((y - law)^2) / sum((y - mean)^2): at most 1, and negative where the
+/// mean fits better than the law. `None` with fewer than three points or without variance.
 ///
 /// # Example
 /// ```
@@ -64,8 +64,8 @@ pub fn r_squared(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<f64>
     (points.len() >= 3 && spread > 0.0 && share.is_finite()).then_some(share)
 }
 
-/// The power p with which y grows as x^p: the slope of log y over log x. `None` with fewer than three points of positive x
-/// and y, or where all have one x.
+/// The power p of y = c x^p: the slope of log y over log x. `None` with fewer than three points of positive x and y, or where
+/// all have the same x.
 ///
 /// # Example
 /// ```
@@ -82,8 +82,8 @@ pub fn fit_power(points: &[(f64, f64)]) -> Option<f64> {
     (logs.len() >= 3 && alone > 1e-12 && power.is_finite()).then_some(power)
 }
 
-/// The power p from 0.25 to 4, in steps of 0.01, with which y = constant + slope x^p has the least sum of squared relative
-/// errors. `None` with fewer than four points of positive x and y.
+/// The power p, from 0.25 to 4 in steps of 0.01, of y = constant + slope x^p with the least sum of squared relative errors.
+/// `None` with fewer than four points of positive x and y.
 pub fn fit_power_above(points: &[(f64, f64)]) -> Option<f64> {
     let usable: Vec<_> = points.iter().copied().filter(|(x, y)| *x > 0.0 && *y > 0.0).collect();
     if usable.len() < 4 {

@@ -1,16 +1,16 @@
-//! Section III: what a camera sees of the ground, how long a relative registration may take, and what its error is.
+//! Section III: the ground extent of an image, the time limit of a relative registration, and the registration's error.
 
 use super::CouplingError;
 use super::error::{not_negative, positive};
 
 /// The ground extent of an image in one direction, metres, from the height above ground and the full field of view in that
-/// direction: along the heading this is b, across it a. Flat ground, camera straight down.
+/// direction: b along the heading, a across it. The ground is flat and the camera looks straight down.
 ///
 /// # Errors
-/// [`CouplingError::OutOfDomain`] for a height that is not positive, or a field of view outside of (0, pi).
+/// [`CouplingError::OutOfDomain`] for a height that is not positive, or a field of view outside (0, pi).
 ///
 /// # Example
-/// 90 degrees see twice the height.
+/// A field of view of 90 degrees covers twice the height.
 /// ```
 /// let along_m = overfly_core::coupling::ground_extent_m(500.0, 90f64.to_radians()).unwrap();
 /// assert!((along_m - 1000.0).abs() < 1e-9);
@@ -27,8 +27,8 @@ pub fn ground_extent_m(height_m: f64, field_of_view_rad: f64) -> Result<f64, Cou
     Ok(2.0 * height_m * (field_of_view_rad / 2.0).tan())
 }
 
-/// t_lim, seconds: after it two images taken in straight flight share no ground. A relative registration must end before
-/// (t_exe < t_lim); at t_lim itself the overlap is zero, so one that needs an overlap asks [`overlap_limit_s`].
+/// t_lim, seconds: the time after which two images of straight flight share no ground. A relative registration must end
+/// earlier (t_exe < t_lim). At t_lim the overlap is zero; for a registration that needs an overlap see [`overlap_limit_s`].
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`] where an argument is not positive.
@@ -39,8 +39,8 @@ pub fn scan_limit_s(along_m: f64, speed_mps: f64) -> Result<f64, CouplingError> 
     Ok(positive("along_m", along_m)? / positive("speed_mps", speed_mps)?)
 }
 
-/// Seconds of straight flight after which two images still share the fraction `overlap` (in [0, 1)) of their ground:
-/// (1 - overlap) b / v. [`scan_limit_s`] at overlap 0.
+/// The time of straight flight, seconds, after which two images still share the fraction `overlap` (in [0, 1)) of their
+/// ground: (1 - overlap) b / v. Equals [`scan_limit_s`] at overlap 0.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
@@ -57,15 +57,15 @@ pub fn overlap_limit_s(along_m: f64, speed_mps: f64, overlap: f64) -> Result<f64
     Ok((1.0 - overlap) * scan_limit_s(along_m, speed_mps)?)
 }
 
-/// Standard deviation of the mean of `matched_count` descriptor pairs' displacements, metres, each with `pair_sigma_m`:
-/// sigma / sqrt(n). The pairs' errors are taken as independent and centred; what all share does not shrink (see
+/// Standard deviation of the mean displacement of `matched_count` descriptor pairs with `pair_sigma_m` each, metres:
+/// sigma / sqrt(n). The errors of the pairs are assumed independent and centred. A common error does not average out (see
 /// [`DriftLaw`](super::DriftLaw)).
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`] for fewer than one pair.
 ///
 /// # References
-/// Section III.A, not numbered. The mean absolute error m of figure 1 is sqrt(2 / pi) of it for a Gaussian.
+/// Section III.A, not numbered. For a Gaussian the mean absolute error m of figure 1 is sqrt(2 / pi) times this value.
 pub fn displacement_sigma_m(pair_sigma_m: f64, matched_count: f64) -> Result<f64, CouplingError> {
     not_negative("pair_sigma_m", pair_sigma_m)?;
     positive("matched_count", matched_count)?;

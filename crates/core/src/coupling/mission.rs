@@ -1,9 +1,9 @@
-//! A mission as a number of absolute registrations, each of which may fail.
+//! Missions as numbers of absolute registrations, each of which may fail.
 
 use super::CouplingError;
 use super::error::{not_negative, positive, probability};
 
-/// N: absolute registrations in a mission of `mission_s` seconds, one a cycle of `cycle_s`; not rounded.
+/// N: the number of absolute registrations in a mission of `mission_s` seconds with one per cycle of `cycle_s`, not rounded.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
@@ -14,60 +14,60 @@ pub fn absolute_count(mission_s: f64, cycle_s: f64) -> Result<f64, CouplingError
     Ok(not_negative("mission_s", mission_s)? / positive("cycle_s", cycle_s)?)
 }
 
-/// p N: failures to be expected of N absolute registrations that fail with probability p.
+/// p N: the expected number of failures among N absolute registrations that fail with probability p.
 ///
-/// The paper calls for p N < 1 so that not one fails; below 1 only says that less than one is expected. See
+/// The paper requires p N < 1 so that none fails. That only means that fewer than one failure is expected; see
 /// [`chance_of_no_failure`].
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
 ///
 /// # References
-/// Left-hand side of equations 1 and 15.
+/// The left-hand side of equations 1 and 15.
 pub fn expected_failures(failure_probability: f64, absolute_count: f64) -> Result<f64, CouplingError> {
     Ok(probability("failure_probability", failure_probability)? * not_negative("absolute_count", absolute_count)?)
 }
 
-/// The longest mission of which less than one failure is expected, seconds: t_cycle / p. No promise that none happens: at
-/// this length the chance of none is at most 1/e = 37 % (where p is small; less where it is large).
+/// The longest mission with less than one expected failure, seconds: t_cycle / p. A mission of this length passes without a
+/// failure with a probability of only 1/e = 37 % where p is small, and less where p is large.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
 ///
 /// # References
-/// Equations 1 and 10, and so the step from (15) to (16).
+/// Equations 1 and 10, which give the step from (15) to (16).
 pub fn mission_of_one_failure_s(failure_probability: f64, cycle_s: f64) -> Result<f64, CouplingError> {
     Ok(positive("cycle_s", cycle_s)? / probability("failure_probability", failure_probability)?)
 }
 
-/// The chance that not one of N absolute registrations fails: (1 - p)^N, the failures being independent.
+/// The probability that none of N absolute registrations fails: (1 - p)^N for independent failures.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
 ///
 /// # Example
-/// Of 1000 with p = 0.001 one failure is expected, and none happens with 36.8 %.
+/// Among 1000 with p = 0.001 one failure is expected, and none happens with a probability of 36.8 %.
 /// ```
 /// let chance = overfly_core::coupling::chance_of_no_failure(0.001, 1000.0).unwrap();
 /// assert!((chance - 0.36770).abs() < 1e-5);
 /// ```
 ///
 /// # References
-/// What (1) means to bound.
+/// The quantity that (1) is meant to bound.
 pub fn chance_of_no_failure(failure_probability: f64, absolute_count: f64) -> Result<f64, CouplingError> {
     let p = probability("failure_probability", failure_probability)?;
     let count = not_negative("absolute_count", absolute_count)?;
     Ok(if count == 0.0 { 1.0 } else { (count * (-p).ln_1p()).exp() })
 }
 
-/// The longest mission in which a failure happens with at most the chance `risk` (in (0, 1)), seconds:
+/// The longest mission with a probability of failure of at most `risk` (in (0, 1)), seconds:
 /// t_cycle ln(1 - risk) / ln(1 - p).
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
 ///
 /// # References
-/// [`chance_of_no_failure`] solved for T0; compare [`mission_of_one_failure_s`], the paper's.
+/// [`chance_of_no_failure`] solved for T0. The paper's bound is [`mission_of_one_failure_s`].
 pub fn mission_within_risk_s(failure_probability: f64, cycle_s: f64, risk: f64) -> Result<f64, CouplingError> {
     let p = probability("failure_probability", failure_probability)?;
     if !(risk > 0.0 && risk < 1.0) {

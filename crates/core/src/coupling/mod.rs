@@ -1,7 +1,8 @@
-//! The models of the coupling modes and of execution time. Numbers in, numbers out: no geometry, no clock.
+//! The models of the coupling modes and of execution time: numbers in, numbers out, no clock.
 //!
-//! [`CouplingParameters`] goes into [`Sequential`], [`Parallel`] and [`Combined`]; each says up to which speed it works,
-//! how its searches settle, and what they cost. `docs/equations.md` names the function and the test of every equation.
+//! [`Sequential`], [`Parallel`] and [`Combined`] are models of [`CouplingParameters`]. Each computes the speed up to which
+//! its mode works, the execution time at which searches settle, and their cost. `docs/equations.md` names the function and
+//! the test of every equation.
 
 mod calibration;
 mod combined;

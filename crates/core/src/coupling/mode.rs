@@ -1,26 +1,26 @@
-//! `Mode`: which registrations run when.
+//! `Mode`: the coupling of relative and absolute registration.
 
-/// How relative and absolute registration are coupled.
+/// The coupling of relative and absolute registration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// So many relative registrations, then an absolute one, for which they wait.
+    /// A number of relative registrations, then an absolute one, for which they wait.
     Sequential,
-    /// Both at once: an absolute registration's result is carried forward by the relative ones made meanwhile.
+    /// Both run at the same time: the relative registrations propagate the result of an absolute one to the present.
     Parallel,
-    /// Absolute registrations alone, each searching all that the aircraft can have reached since the last.
+    /// Absolute registrations only. Each searches all ground that the aircraft can have reached since the last fix.
     Combined,
-    /// Whichever of these the execution times and the last answers speak for, image by image.
+    /// One of these modes for each image, by the execution times and the last answers.
     Auto,
-    /// Relative registrations alone, from the start on: dead reckoning, to compare with.
+    /// Relative registrations only: dead reckoning from the start, for comparison.
     RelativeOnly,
 }
 
 impl Mode {
-    /// The modes that `all` means.
+    /// The modes that `all` stands for.
     pub const ALL: [Self; 4] = [Self::Sequential, Self::Parallel, Self::Combined, Self::Auto];
 
-    /// As JSON and the command line spell it.
+    /// The word for the mode in JSON and on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Self::Sequential => "sequential",

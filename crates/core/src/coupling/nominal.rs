@@ -1,15 +1,15 @@
-//! The nominal count 𝒩: how many images' worth of map a search covers.
+//! The nominal count 𝒩: the searched area as a multiple of the area of one image.
 
 use super::error::positive;
 use super::{CouplingError, swept_area_paper_m2, turned_rad};
 
-/// K1 of equation 4: seconds of search per map tile. A stated figure until `calibrate` measures it on the machine: one
-/// core of a 2 GHz server reads, decodes and correlates a 512 px tile in about this time.
+/// Default of K1 of equation 4, seconds of search per map tile: one core of a 2 GHz server reads, decodes and correlates a
+/// 512 px tile in about this time. A [`Calibration`](super::Calibration) holds the measured value of a machine.
 pub const SECONDS_PER_TILE: f64 = 0.02;
 
 /// Edges of the sequential region, metres: (across the heading, along it) = (a + I + 2 D_T, b + I + 2 D_T).
 /// `across_m` a and `along_m` b are the image's ground extent, `inaccuracy_m` I is the full width of the last fix's
-/// error, `drift_m` D_T the drift since, one-sided.
+/// error, `drift_m` D_T the one-sided drift since that fix.
 ///
 /// # References
 /// The factors of equation 3.
@@ -18,9 +18,9 @@ pub fn region_edges_m(across_m: f64, along_m: f64, inaccuracy_m: f64, drift_m: f
     (across_m + growth_m, along_m + growth_m)
 }
 
-/// 𝒩 of the sequential mode: the area of the region over the area of one image. 1 without drift and inaccuracy, where
-/// a search on a grid of tiles still reads up to 4: it is the paper's figure, not a count of tiles.
-/// Arguments as [`region_edges_m`], all in metres; not finite or NaN where the image has no area.
+/// 𝒩 of the sequential mode: the area of the region over the area of one image. 𝒩 is 1 without drift and inaccuracy, where
+/// a search on a grid of tiles still reads up to 4 tiles: 𝒩 is not a count of tiles. The arguments are those of
+/// [`region_edges_m`], metres. The result is not finite where the image has no area.
 ///
 /// # Example
 /// A 600 x 400 m image, 100 m of inaccuracy, 150 m of drift: (1000 x 800) / (600 x 400).
@@ -36,18 +36,18 @@ pub fn nominal_count_sequential(across_m: f64, along_m: f64, inaccuracy_m: f64, 
     width_m * length_m / (across_m * along_m)
 }
 
-/// The turn up to which (28) is taken for 𝒩, radians. (24) asks for a turn far below 1 and names no limit; up to one radian the
-/// wings that (27) is derived for, s^3 / (6 R_min) each, are those of circles to within 1.7 %.
+/// The largest turn at which (28) is used for 𝒩, radians. (24) requires a turn far below 1 without a limit. Up to one radian the
+/// wings from which (27) is derived, s^3 / (6 R_min) each, equal those of circles to within 1.7 %.
 pub const PAPER_TURN_RAD: f64 = 1.0;
 
 /// 𝒩 of the combined mode as printed: Λ over the area of one image, for a flight of `path_m` (v t_exe) since the last
-/// fix. `None` beyond [`PAPER_TURN_RAD`]. Below 1 on short flights, as the image's own extent is not in it.
+/// fix. `None` beyond [`PAPER_TURN_RAD`]. Below 1 on short flights, because Λ leaves out the extent of the image itself.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
 ///
 /// # Example
-/// 500 m of flight, no tighter than 1000 m, a 600 x 400 m image: (2 x 500^3 / 3000 + 600 x 500) / (600 x 400).
+/// A flight of 500 m with a turn radius of at least 1000 m and a 600 x 400 m image: (2 x 500^3 / 3000 + 600 x 500) / (600 x 400).
 /// ```
 /// # use overfly_core::coupling::nominal_count_combined;
 /// let n = nominal_count_combined(600.0, 400.0, 500.0, 1000.0).unwrap().unwrap();
@@ -56,7 +56,7 @@ pub const PAPER_TURN_RAD: f64 = 1.0;
 /// ```
 ///
 /// # References
-/// Equation 28; its condition, 24.
+/// Equation 28, and its condition 24.
 pub fn nominal_count_combined(
     across_m: f64,
     along_m: f64,

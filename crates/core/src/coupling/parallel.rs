@@ -1,5 +1,5 @@
-//! The parallel mode: relative registrations carry the position while an absolute one runs; the next search covers what
-//! drifted meanwhile.
+//! The parallel mode: relative registrations propagate the position while an absolute one runs, and the next search covers
+//! their drift.
 
 use super::error::not_negative;
 use super::sequence::{ExecutionSequence, FixedPoints};
@@ -12,7 +12,7 @@ pub struct Parallel {
 }
 
 impl Parallel {
-    /// The model of these parameters (`min_turn_radius_m` and `failure_probability` play no part).
+    /// Makes the model. It does not use `min_turn_radius_m` and `failure_probability`.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -21,7 +21,7 @@ impl Parallel {
         Ok(Self { parameters })
     }
 
-    /// Relative registrations during `execution_s` seconds: t_exe / t0, not rounded.
+    /// The number of relative registrations during `execution_s` seconds: t_exe / t0, not rounded.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -32,7 +32,7 @@ impl Parallel {
         Ok(not_negative("execution_s", execution_s)? / self.parameters.relative_s)
     }
 
-    /// 𝒩 of the search that follows on one of `execution_s` seconds: images' worth of map.
+    /// 𝒩 of the search that follows one of `execution_s` seconds.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -45,17 +45,17 @@ impl Parallel {
         Ok(nominal_count_sequential(p.across_m, p.along_m, p.inaccuracy_m, drift_m))
     }
 
-    /// Gamma: the time of each search from that of the one before. Its fixed points are t1 and t2 (21, 22), its
-    /// existence and limit conditions 1 to 3; `unstable_s` (t2) is also how long the mode holds without a fix.
+    /// Gamma: the sequence of search times. Its fixed points are t1 and t2 (21, 22); conditions 1 to 3 state their existence
+    /// and the limit. `unstable_s` (t2) is also the longest time without a fix from which the mode recovers.
     ///
-    /// Condition 3 as printed (t1 to t2) is too narrow below and too wide above: from every start in [0, t2) the
-    /// times tend to t1, at t2 they stay. Where the discriminant is zero they settle from [0, t1].
+    /// Condition 3 as printed (t1 to t2) is too narrow below and too wide above. From every start in [0, t2) the times tend
+    /// to t1; a start at t2 stays there. Where the discriminant is zero they settle from [0, t1].
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`] where a coefficient overflows.
     ///
     /// # Example
-    /// A 600 x 400 m image searched in 0.3 s while a drift of 1.5 m is added every 0.2 s.
+    /// A 600 x 400 m image is searched in 0.3 s while the drift grows by 1.5 m every 0.2 s.
     /// ```
     /// # use overfly_core::coupling::*;
     /// # let parameters = CouplingParameters {
@@ -68,7 +68,7 @@ impl Parallel {
     /// ```
     ///
     /// # References
-    /// Equations 18 and 19: alpha, beta and gamma are the square, linear and constant coefficient. With independent
+    /// Equations 18 and 19: alpha, beta and gamma are the quadratic, linear and constant coefficient. With independent
     /// drifts the coefficients are 4 D_U^2 K1 / (a b t0) of t and 2 D_U (a + b + 2 I) K1 / (a b sqrt(t0)) of sqrt(t).
     pub fn sequence(&self) -> Result<ExecutionSequence, CouplingError> {
         let p = &self.parameters;
@@ -86,23 +86,23 @@ impl Parallel {
         }
     }
 
-    /// t1 and t2.
+    /// The fixed points t1 and t2.
     ///
     /// # Errors
-    /// [`CouplingError::NoFixedPoint`] where the conditions 1 and 2 do not hold.
+    /// [`CouplingError::NoFixedPoint`] where conditions 1 and 2 do not hold.
     ///
     /// # References
-    /// Equations 20 to 22. At a discriminant of exactly zero, which (20) excludes, both are one.
+    /// Equations 20 to 22. At a discriminant of exactly zero, which (20) excludes, both are equal.
     pub fn fixed_points(&self) -> Result<FixedPoints, CouplingError> {
         self.sequence()?.fixed_points().ok_or(CouplingError::NoFixedPoint)
     }
 
-    /// The largest drift of one relative registration with which the searches can settle, metres.
+    /// The largest drift of one relative registration at which the searches settle, metres.
     ///
     /// # References
-    /// Conditions 1 and 2 are together beta + 2 sqrt(alpha gamma) <= 1, and this solved for D_U: without a search constant
-    /// a b t0 / (2 K1 (sqrt(a + I) + sqrt(b + I))^2). With root growth: 4 D_U^2 K1 / (a b t0) < 1, and at the bound itself
-    /// nothing settles any more. Not in the paper.
+    /// Not in the paper. Conditions 1 and 2 together are beta + 2 sqrt(alpha gamma) <= 1, solved here for D_U: without a search
+    /// constant a b t0 / (2 K1 (sqrt(a + I) + sqrt(b + I))^2). With square-root growth the condition is
+    /// 4 D_U^2 K1 / (a b t0) < 1, and at the bound itself the searches do not settle.
     pub fn max_unit_drift_m(&self) -> f64 {
         let p = &self.parameters;
         match p.drift_growth {
@@ -114,11 +114,11 @@ impl Parallel {
         }
     }
 
-    /// The speed at which two images a relative registration apart share no ground any more, m/s: b / t0. The mode has no
-    /// other limit of speed: its drift grows with the number of registrations, not with the way.
+    /// The speed at which two images one relative registration apart share no ground, m/s: b / t0. The mode has no other limit
+    /// of speed, because its drift grows with the number of registrations and not with the distance.
     ///
     /// # References
-    /// Section III.A (t_exe < t_lim) for the relative registration; the paper states none for this mode.
+    /// Section III.A (t_exe < t_lim) for the relative registration. The paper states no limit for this mode.
     pub fn max_speed_mps(&self) -> f64 {
         self.parameters.along_m / self.parameters.relative_s
     }

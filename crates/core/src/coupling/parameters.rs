@@ -1,11 +1,11 @@
-//! `CouplingParameters`: what the three modes are reckoned from.
+//! `CouplingParameters`: the parameters of the models of the three modes.
 
 use super::error::{not_negative, positive, positive_or_infinite, probability};
 use super::{CouplingError, DriftGrowth};
 use serde::{Deserialize, Serialize};
 
-/// An aircraft, its camera, and what registrations cost and err on it. Every length is on the ground, every time in
-/// seconds; lengths, times and speeds lie in 1e-9 to 1e9.
+/// An aircraft, its camera, and the times and errors of its registrations. Lengths are on the ground, times are seconds;
+/// lengths, times and speeds lie in 1e-9 to 1e9.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CouplingParameters {
@@ -17,33 +17,33 @@ pub struct CouplingParameters {
     pub inaccuracy_m: f64,
     /// D_U: drift of one relative registration, one-sided, metres, at least 0.
     pub unit_drift_m: f64,
-    /// How it adds up.
+    /// Growth of the drift with the number of relative registrations.
     #[serde(default)]
     pub drift_growth: DriftGrowth,
-    /// K1: search time per image's worth of map (a b), seconds. A figure per tile of another size is brought to this by
-    /// [`seconds_per_image`](super::seconds_per_image).
+    /// K1: search time per area of one image (a b), seconds. [`seconds_per_image`](super::seconds_per_image) converts a time
+    /// per tile of another size.
     pub seconds_per_tile: f64,
-    /// The part of a search that does not depend on how much map is searched, seconds, at least 0. The paper has none (0);
-    /// a measured line t = constant + K1 tiles has.
+    /// The part of the search time that does not depend on the searched area, seconds, at least 0. It is 0 in the paper; a
+    /// measured line t = constant + K1 tiles has one.
     #[serde(default)]
     pub search_constant_s: f64,
     /// t0 of (9, 17): time of one relative registration, seconds; T_exe of (45).
     pub relative_s: f64,
     /// v: ground speed, m/s.
     pub speed_mps: f64,
-    /// R_min: smallest turn radius, metres; infinite for an aircraft that only flies straight.
+    /// R_min: smallest turn radius, metres; infinite for straight flight only.
     pub min_turn_radius_m: f64,
-    /// p: a measured probability that an absolute registration fails, in (0, 1], whatever its duration. `None`: the
-    /// paper's model, in which it grows with the duration (5, 6).
+    /// p: a measured probability, in (0, 1], that an absolute registration fails, independent of its duration. `None` selects
+    /// the paper's model, in which the probability grows with the duration (5, 6).
     #[serde(default)]
     pub failure_probability: Option<f64>,
 }
 
 impl CouplingParameters {
-    /// Whether all numbers are such that the models speak of them.
+    /// Checks that all values lie in the models' domain.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`] with the first field that is not.
+    /// [`CouplingError::OutOfDomain`] with the first field that does not.
     pub fn check(&self) -> Result<(), CouplingError> {
         positive("across_m", self.across_m)?;
         positive("along_m", self.along_m)?;
@@ -73,7 +73,7 @@ impl CouplingParameters {
         self.across_m + self.along_m + 2.0 * self.inaccuracy_m
     }
 
-    /// C with the constant part of a search as the area that could be searched in its time, square metres.
+    /// C plus the area that could be searched in the constant part of the search time, square metres.
     pub(super) fn loaded_area_m2(&self) -> f64 {
         self.still_area_m2() + self.search_constant_s / self.seconds_per_m2()
     }

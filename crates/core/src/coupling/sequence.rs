@@ -1,12 +1,12 @@
-//! `ExecutionSequence`: the time of each search from the time of the one before, and where that leads.
+//! `ExecutionSequence`: the recurrence of search times, and its fixed points.
 
 use super::CouplingError;
 
-/// t(k + 1) = constant + root sqrt(t(k)) + linear t(k) + square t(k)^2 + cube t(k)^3, in seconds, no coefficient negative.
-/// Either a polynomial (`root` zero; convex) or without square and cube (concave).
+/// The recurrence t(k + 1) = constant + root sqrt(t(k)) + linear t(k) + square t(k)^2 + cube t(k)^3, seconds, with no negative
+/// coefficient. It is either a polynomial (`root` is zero; convex) or without square and cube (concave).
 ///
 /// # References
-/// Gamma (19) and Phi (29) are polynomials; the root stands for independent drifts, which the paper does not have.
+/// Gamma (19) and Phi (29) are polynomials. The square root models independent drifts, which the paper does not have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExecutionSequence {
     constant_s: f64,
@@ -16,22 +16,22 @@ pub struct ExecutionSequence {
     cube_per_s2: f64,
 }
 
-/// The times that reproduce themselves.
+/// The fixed points of a recurrence of search times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedPoints {
-    /// Where every start below `unstable_s` leads, seconds: t1 (21), or s2 = 0 of (30).
+    /// The limit of every start below `unstable_s`, seconds: t1 (21), or s2 = 0 of (30).
     pub stable_s: f64,
-    /// The longest time without a fix from which the searches still settle, seconds: t2 (22), s1 (31). From there itself
-    /// the time stays; from beyond it grows without bound. Infinite where every start settles; equal to `stable_s`
-    /// where the discriminant is zero.
+    /// The bound of the starts from which the searches settle, seconds: t2 (22), s1 (31). A start at the bound stays there; a
+    /// start beyond it grows without bound. Infinite where every start settles; equal to `stable_s` where the discriminant
+    /// is zero.
     pub unstable_s: f64,
 }
 
 impl ExecutionSequence {
-    /// constant + linear t + square t^2 + cube t^3.
+    /// Makes the recurrence constant + linear t + square t^2 + cube t^3.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`] where a coefficient is negative or no number.
+    /// [`CouplingError::OutOfDomain`] where a coefficient is negative or not a number.
     pub fn polynomial(
         constant_s: f64,
         linear: f64,
@@ -47,20 +47,20 @@ impl ExecutionSequence {
         })
     }
 
-    /// constant + root sqrt(t) + linear t.
+    /// Makes the recurrence constant + root sqrt(t) + linear t.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`] where a coefficient is negative or no number.
+    /// [`CouplingError::OutOfDomain`] where a coefficient is negative or not a number.
     pub fn with_root(constant_s: f64, root_sqrt_s: f64, linear: f64) -> Result<Self, CouplingError> {
         let root_sqrt_s = finite_and_not_negative("root_sqrt_s", root_sqrt_s)?;
         Ok(Self { root_sqrt_s, ..Self::polynomial(constant_s, linear, 0.0, 0.0)? })
     }
 
-    /// The time of the next search, seconds, after one of `execution_s` (at least 0).
+    /// The time of the search that follows one of `execution_s` (at least 0), seconds.
     pub fn next_s(&self, execution_s: f64) -> f64 {
         let t = execution_s;
         if t.is_infinite() {
-            // Times that grow without bound get there; a coefficient of zero must not make them NaN.
+            // Times that grow without bound become infinite; a coefficient of zero must not make them NaN.
             let grows = self.root_sqrt_s + self.linear + self.square_per_s + self.cube_per_s2 > 0.0;
             return if grows { f64::INFINITY } else { self.constant_s };
         }
@@ -69,7 +69,7 @@ impl ExecutionSequence {
             + t * (self.linear + t * (self.square_per_s + t * self.cube_per_s2))
     }
 
-    /// The times of the searches from the first on, seconds, without end: take as many as you like.
+    /// The infinite sequence of search times, seconds, beginning with the first.
     ///
     /// # Example
     /// t(k + 1) = 1 + t(k) / 2 tends to 2.
@@ -83,9 +83,9 @@ impl ExecutionSequence {
         std::iter::successors(Some(first_s), move |&t| Some(law.next_s(t)))
     }
 
-    /// The fixed points, `None` where no start settles (but for a start at 0 without a constant, which stays there).
+    /// The fixed points; `None` where no start settles (except a start at 0 without a constant, which stays there).
     ///
-    /// Convex laws have two, one double, or none; concave and straight ones one or none.
+    /// A convex recurrence has two fixed points, a double one, or none. A concave or linear recurrence has one or none.
     pub fn fixed_points(&self) -> Option<FixedPoints> {
         let slack = 1.0 - self.linear;
         if slack <= 0.0 {
@@ -94,14 +94,14 @@ impl ExecutionSequence {
         if self.square_per_s == 0.0 && self.cube_per_s2 == 0.0 {
             return Some(FixedPoints { stable_s: self.only_fixed_point_s(slack), unstable_s: f64::INFINITY });
         }
-        if self.cube_per_s2 == 0.0 { self.of_square(slack) } else { self.of_cube(slack) }
+        if self.cube_per_s2 == 0.0 { self.quadratic_fixed_points(slack) } else { self.cubic_fixed_points(slack) }
     }
 
-    /// Where the times tend to from a first one, seconds. A start exactly at the unstable fixed point stays there.
+    /// The limit of the times from a first one, seconds. A start exactly at the unstable fixed point stays there.
     ///
     /// # Errors
-    /// [`CouplingError::NoFixedPoint`] or [`CouplingError::StartsTooLate`] where they grow without bound;
-    /// [`CouplingError::OutOfDomain`] for a start that is negative or no number.
+    /// [`CouplingError::NoFixedPoint`] or [`CouplingError::StartsTooLate`] where the times grow without bound;
+    /// [`CouplingError::OutOfDomain`] for a start that is negative or not a number.
     pub fn limit_s(&self, first_s: f64) -> Result<f64, CouplingError> {
         let start_s = finite_and_not_negative("first_s", first_s)?;
         let Some(FixedPoints { stable_s, unstable_s }) = self.fixed_points() else {
@@ -117,14 +117,14 @@ impl ExecutionSequence {
         Ok(if start_s == unstable_s { unstable_s } else { stable_s })
     }
 
-    /// Whether a start without attracting fixed point reproduces itself: 0 without a constant, or anything where the law
-    /// is t(k + 1) = t(k). Equality of `next_s` alone could be rounding.
+    /// Whether a start reproduces itself although there is no attracting fixed point: 0 without a constant, or any start of
+    /// t(k + 1) = t(k). Equality of `next_s` alone could be rounding.
     fn stays(&self, start_s: f64) -> bool {
         let bare = self.constant_s == 0.0 && self.root_sqrt_s == 0.0;
         bare && (start_s == 0.0 || (self.linear == 1.0 && self.square_per_s == 0.0 && self.cube_per_s2 == 0.0))
     }
 
-    /// Of constant + root x - slack x^2 = 0 with x = sqrt(t): its one positive root.
+    /// The one positive root of constant + root x - slack x^2 = 0 with x = sqrt(t).
     fn only_fixed_point_s(&self, slack: f64) -> f64 {
         if self.root_sqrt_s == 0.0 {
             return self.constant_s / slack;
@@ -133,8 +133,8 @@ impl ExecutionSequence {
         x * x
     }
 
-    /// Equations 20 to 22; t1 in the form in which nothing cancels where the square is small.
-    fn of_square(&self, slack: f64) -> Option<FixedPoints> {
+    /// The fixed points without a cubic term: equations 20 to 22, with t1 in the form without cancellation for a small square.
+    fn quadratic_fixed_points(&self, slack: f64) -> Option<FixedPoints> {
         let discriminant = slack * slack - 4.0 * self.square_per_s * self.constant_s;
         if discriminant < 0.0 {
             return None;
@@ -143,9 +143,9 @@ impl ExecutionSequence {
         Some(FixedPoints { stable_s: 2.0 * self.constant_s / sum, unstable_s: sum / (2.0 * self.square_per_s) })
     }
 
-    /// The excess e(t) = next - t is convex: it falls to its least value, and rises from there. No square and no
-    /// constant: equation 31.
-    fn of_cube(&self, slack: f64) -> Option<FixedPoints> {
+    /// The fixed points with a cubic term. The excess e(t) = next - t is convex: it falls to its minimum and rises from there.
+    /// Without square and constant this is equation 31.
+    fn cubic_fixed_points(&self, slack: f64) -> Option<FixedPoints> {
         if self.constant_s == 0.0 && self.square_per_s == 0.0 {
             return Some(FixedPoints { stable_s: 0.0, unstable_s: (slack / self.cube_per_s2).sqrt() });
         }
@@ -166,15 +166,15 @@ impl ExecutionSequence {
     }
 }
 
-/// `value` if it is finite and not negative: coefficients have no common scale, and t2 can lie anywhere.
+/// Returns `value` if it is finite and not negative. Coefficients have no common scale, and t2 has no upper limit.
 fn finite_and_not_negative(name: &'static str, value: f64) -> Result<f64, CouplingError> {
     let holds = value >= 0.0 && value.is_finite();
     if holds { Ok(value) } else { Err(CouplingError::OutOfDomain { name, value, expected: "finite and not negative" }) }
 }
 
-/// Where `holds` turns from true to false between `low` and `high`, by halving until the two are neighbours.
+/// The point between `low` and `high` at which `holds` turns from true to false, by bisection down to neighbouring numbers.
 pub(super) fn crossing(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    // 1100 halvings take any interval of f64 down to neighbours; the loop ends long before.
+    // 1100 halvings bring any interval of f64 down to neighbours; the loop ends long before.
     for _ in 0..1100 {
         let middle = low + (high - low) / 2.0;
         if middle <= low || middle >= high {

@@ -1,7 +1,7 @@
-//! The sequential mode: n relative registrations, one absolute registration, and again.
+//! The sequential mode: n relative registrations and one absolute registration, repeated.
 //!
-//! With `search_constant_s` at 0, linear drift and no measured failure probability everything here is the paper's own
-//! model; names that end in `_paper` give its approximations as printed.
+//! With a `search_constant_s` of 0, linear drift and no measured failure probability this is the paper's model. Functions with
+//! the suffix `_paper` are its approximations as printed.
 
 use super::error::not_negative;
 use super::mission::{absolute_count, expected_failures, mission_of_one_failure_s};
@@ -13,12 +13,12 @@ pub struct Sequential {
     parameters: CouplingParameters,
 }
 
-/// Share by which an absolute registration may outlast the flight over one image before it counts as too late: rounding
-/// at n_max, where the two are equal.
+/// Tolerance, as a share, of the comparison of an absolute registration's time with that of the flight over one image: at
+/// n_max the two are equal up to rounding.
 const ROUNDING: f64 = 1e-9;
 
 impl Sequential {
-    /// The model of these parameters (`min_turn_radius_m` plays no part).
+    /// Makes the model. It does not use `min_turn_radius_m`.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -27,7 +27,7 @@ impl Sequential {
         Ok(Self { parameters })
     }
 
-    /// 𝒩 after n relative registrations: images' worth of map to search. n is at least 0 and need not be whole, here and below.
+    /// 𝒩 after n relative registrations. Here and below, n is at least 0 and need not be whole.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -51,7 +51,7 @@ impl Sequential {
         Ok(self.parameters.search_constant_s + self.parameters.seconds_per_tile * self.nominal_count(relative_count)?)
     }
 
-    /// K2, 1/s: what the failure probability grows by per second of execution, v / b.
+    /// K2, 1/s: growth of the failure probability per second of execution, v / b.
     ///
     /// # References
     /// Equation 6.
@@ -59,11 +59,11 @@ impl Sequential {
         self.parameters.speed_mps / self.parameters.along_m
     }
 
-    /// p of the absolute registration after n relative ones: K2 t_exe, or the measured probability where one is given.
+    /// p of the absolute registration after n relative ones: K2 t_exe, or the measured probability if there is one.
     ///
     /// # Errors
-    /// [`CouplingError::SpeedAboveMax`] or [`CouplingError::CountAboveMax`] where the registration ends when the aircraft
-    /// has left the image; [`CouplingError::OutOfDomain`].
+    /// [`CouplingError::SpeedAboveMax`] or [`CouplingError::CountAboveMax`] where the registration ends after the aircraft has
+    /// left the image; [`CouplingError::OutOfDomain`].
     ///
     /// # References
     /// Equations 5 and 6.
@@ -76,10 +76,10 @@ impl Sequential {
         Ok(self.parameters.failure_probability.unwrap_or(share.min(1.0)))
     }
 
-    /// v_max, m/s: at it an absolute registration takes as long as the flight over one image even without drift.
+    /// v_max, m/s: the speed at which an absolute registration without drift takes as long as the flight over one image.
     ///
     /// # Example
-    /// 600 x 400 m, 20 m, 0.3 s: 600 x 400^2 / (0.3 x 620 x 420).
+    /// For 600 x 400 m, 20 m and 0.3 s: 600 x 400^2 / (0.3 x 620 x 420).
     /// ```
     /// # use overfly_core::coupling::*;
     /// # let parameters = CouplingParameters {
@@ -92,24 +92,24 @@ impl Sequential {
     /// ```
     ///
     /// # References
-    /// Equation 7 (the condition is garbled in print: n = 0).
+    /// Equation 7 (the condition is garbled in print; it reads n = 0).
     pub fn max_speed_mps(&self) -> f64 {
         let p = &self.parameters;
         p.along_m / (p.seconds_per_m2() * p.loaded_area_m2())
     }
 
-    /// n_max: after so many relative registrations the absolute one takes as long as the flight over one image. Infinite
-    /// without drift.
+    /// n_max: the number of relative registrations after which the absolute one takes as long as the flight over one image.
+    /// Infinite without drift.
     ///
     /// # Errors
     /// [`CouplingError::SpeedAboveMax`].
     ///
     /// # References
-    /// Equation 8, here with numerator and denominator multiplied by the conjugate so that nothing cancels near v_max; its
-    /// square for drift that grows with the root.
+    /// Equation 8, with numerator and denominator multiplied by the conjugate so that nothing cancels near v_max. The square of
+    /// that result for drift with square-root growth.
     pub fn max_relative_count(&self) -> Result<f64, CouplingError> {
         let p = &self.parameters;
-        // Q of a + I + u, b + I + u: (a + I + u)(b + I + u) = Q at n_max, u = 2 D_T.
+        // At n_max (a + I + u)(b + I + u) = Q with u = 2 D_T.
         let limit_s = scan_limit_s(p.along_m, p.speed_mps)?;
         let room_m2 = limit_s / p.seconds_per_m2() - p.loaded_area_m2();
         if room_m2 < -ROUNDING * p.loaded_area_m2() {
@@ -128,7 +128,7 @@ impl Sequential {
         })
     }
 
-    /// t_cycle of n relative and one absolute registration, seconds.
+    /// t_cycle, seconds: the time of n relative registrations and one absolute registration.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -139,7 +139,7 @@ impl Sequential {
         Ok(relative_count * self.parameters.relative_s + self.execution_s(relative_count)?)
     }
 
-    /// f(n) = p N: failures to be expected in a mission of `mission_s` seconds.
+    /// f(n) = p N: the expected number of failures in a mission of `mission_s` seconds.
     ///
     /// # Errors
     /// As [`failure_probability`](Self::failure_probability).
@@ -151,7 +151,7 @@ impl Sequential {
         expected_failures(p, absolute_count(mission_s, self.cycle_s(relative_count)?)?)
     }
 
-    /// The derivative of f(n) by n.
+    /// The derivative of f(n) with respect to n.
     ///
     /// # Errors
     /// As [`failure_probability`](Self::failure_probability).
@@ -159,7 +159,7 @@ impl Sequential {
     /// # References
     /// Equation 12, whose C' must read C. With E the execution time, f = T0 v / b E / (n t0 + E) has the derivative
     /// T0 v / b t0 (n E' - E) / (n t0 + E)^2 for any growth of drift. A measured p gives -p T0 (t0 + E') / (n t0 + E)^2;
-    /// at n = 0 under root growth this is minus infinity.
+    /// at n = 0 with square-root growth this is minus infinity.
     pub fn expected_failures_slope(&self, relative_count: f64, mission_s: f64) -> Result<f64, CouplingError> {
         let p = &self.parameters;
         let mission_s = not_negative("mission_s", mission_s)?;
@@ -176,7 +176,7 @@ impl Sequential {
         })
     }
 
-    /// E' = d t_exe / dn, seconds: by the chain rule over D_T.
+    /// E' = d t_exe / dn, seconds, by the chain rule over D_T.
     fn execution_slope_s(&self, relative_count: f64) -> f64 {
         let p = &self.parameters;
         let drift_m = p.drift_growth.factor(relative_count) * p.unit_drift_m;
@@ -188,18 +188,18 @@ impl Sequential {
         }
     }
 
-    /// The n at which f(n) is least, were there no n_max: sqrt(C / A). Infinite where f falls for ever: without drift, with
-    /// drift that grows by the root only, or with a failure probability that does not depend on n.
+    /// The n at which f(n) is least, regardless of n_max: sqrt(C / A). Infinite where f always falls: without drift, with drift
+    /// of square-root growth, or with a failure probability that does not depend on n.
     ///
     /// # References
-    /// Equation 13, its exact form; the approximation is [`optimal_relative_count_paper`](Self::optimal_relative_count_paper).
+    /// The exact form of equation 13. The approximation is [`optimal_relative_count_paper`](Self::optimal_relative_count_paper).
     pub fn optimal_relative_count(&self) -> f64 {
         let p = &self.parameters;
         let falls_for_ever = p.drift_growth == DriftGrowth::SquareRoot || p.failure_probability.is_some();
         if falls_for_ever { f64::INFINITY } else { p.loaded_area_m2().sqrt() / (2.0 * p.unit_drift_m) }
     }
 
-    /// n_opt as approximated for I far below a and b: sqrt(a b) / (2 D_U).
+    /// The approximation of n_opt for I far below a and b: sqrt(a b) / (2 D_U).
     ///
     /// # References
     /// Equation 13, right-hand side.
@@ -208,8 +208,8 @@ impl Sequential {
         (p.across_m * p.along_m).sqrt() / (2.0 * p.unit_drift_m)
     }
 
-    /// n_opt: the n in [0, n_max] at which f(n) is least. f falls up to [`optimal_relative_count`](Self::optimal_relative_count),
-    /// so n_max where that lies beyond: there p has reached 1, the model's edge, and the paper's proviso to (14) fails.
+    /// n_opt: the n in [0, n_max] at which f(n) is least. f falls up to [`optimal_relative_count`](Self::optimal_relative_count).
+    /// Where that lies beyond n_max, the result is n_max: there p has reached 1, and the paper's condition for (14) fails.
     ///
     /// # Errors
     /// [`CouplingError::SpeedAboveMax`].
@@ -220,16 +220,16 @@ impl Sequential {
         Ok(self.optimal_relative_count().min(self.max_relative_count()?))
     }
 
-    /// The whole number of relative registrations in [0, n_max] at which f(n) is least; `u64::MAX` where there is no limit.
+    /// The whole n in [0, n_max] at which f(n) is least; `u64::MAX` where there is no limit.
     ///
     /// # Errors
     /// [`CouplingError::SpeedAboveMax`].
     pub fn best_whole_relative_count(&self) -> Result<u64, CouplingError> {
         let best = self.best_relative_count()?;
-        // n_max itself is only known to rounding: 5.999999999 is 6.
+        // n_max is known up to rounding: 5.999999999 is 6.
         let most = (self.max_relative_count()? * (1.0 + ROUNDING)).floor();
         let (below, above) = (best.floor(), best.ceil());
-        // 2^53: from here on every f64 is whole.
+        // Beyond 2^53 every f64 is whole.
         if below >= 9.0e15 {
             return Ok(if below.is_finite() { below as u64 } else { u64::MAX });
         }
@@ -238,14 +238,14 @@ impl Sequential {
         Ok(if above_is_better { above as u64 } else { below as u64 })
     }
 
-    /// The least failures to be expected in `mission_s` seconds: f at [`best_relative_count`](Self::best_relative_count).
-    /// 0 where n is without limit.
+    /// The smallest expected number of failures in `mission_s` seconds: f at
+    /// [`best_relative_count`](Self::best_relative_count). 0 where n has no limit.
     ///
     /// # Errors
     /// [`CouplingError::SpeedAboveMax`], [`CouplingError::OutOfDomain`].
     ///
     /// # References
-    /// Equation 14, its exact form.
+    /// The exact form of equation 14.
     pub fn least_expected_failures(&self, mission_s: f64) -> Result<f64, CouplingError> {
         let best = self.best_relative_count()?;
         if best.is_infinite() {
@@ -254,8 +254,8 @@ impl Sequential {
         self.expected_failures(best, mission_s)
     }
 
-    /// The same as printed, for I far below a and b and n_opt below n_max; it comes out too small, by at most the share
-    /// I / min(a, b) where nothing else differs.
+    /// The smallest expected number of failures as printed, for I far below a and b and n_opt below n_max. It is too small, by
+    /// at most the share I / min(a, b) if nothing else differs.
     ///
     /// # References
     /// Equation 14.
@@ -263,14 +263,14 @@ impl Sequential {
         mission_s / self.max_mission_paper_s()
     }
 
-    /// T0_max, seconds: the longest mission of which less than one failure is expected, at the best n. Infinite without
-    /// drift. Not a promise: see [`chance_of_no_failure`](super::chance_of_no_failure).
+    /// T0_max, seconds: the longest mission with less than one expected failure, at the best n. Infinite without drift. A
+    /// failure is still possible: see [`chance_of_no_failure`](super::chance_of_no_failure).
     ///
     /// # Errors
     /// [`CouplingError::SpeedAboveMax`].
     ///
     /// # References
-    /// Equations 15 and 16, their exact form.
+    /// The exact form of equations 15 and 16.
     pub fn max_mission_s(&self) -> Result<f64, CouplingError> {
         let best = self.best_relative_count()?;
         if best.is_infinite() {
@@ -279,7 +279,7 @@ impl Sequential {
         mission_of_one_failure_s(self.failure_probability(best)?, self.cycle_s(best)?)
     }
 
-    /// T0_max as printed, seconds, for I far below a and b; too long by at most the share I / min(a, b).
+    /// T0_max as printed, seconds, for I far below a and b. It is too long by at most the share I / min(a, b).
     ///
     /// # References
     /// Equation 16.

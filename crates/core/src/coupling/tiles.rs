@@ -1,18 +1,18 @@
-//! From images' worth of map, in which the paper counts, to tiles that a store really holds.
+//! Conversion from areas of images, the unit of the paper, to tiles of a store.
 
 use super::CouplingError;
 use super::error::{not_negative, positive};
 
-/// K1 per image's worth of map, seconds, from a search time per square tile of `tile_m` metres: times a b / tile^2.
+/// K1 per area of one image, seconds, from a search time per square tile of `tile_m` metres: times a b / tile^2.
 ///
-/// 𝒩 counts images of a x b. The paper's map is cut into such images; a store's tiles have another size, and a figure
-/// measured per tile must not be multiplied by 𝒩 as it is.
+/// 𝒩 counts images of a x b, into which the paper's map is cut. A store's tiles have another size, so a time per tile must be
+/// converted before it is multiplied by 𝒩.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
 ///
 /// # Example
-/// An image of 600 x 400 m is worth six tiles of 200 m.
+/// An image of 600 x 400 m has the area of six tiles of 200 m.
 /// ```
 /// let k1_s = overfly_core::coupling::seconds_per_image(0.02, 200.0, 600.0, 400.0).unwrap();
 /// assert!((k1_s - 0.12).abs() < 1e-12);
@@ -31,11 +31,11 @@ pub fn seconds_per_image(
     Ok(positive("seconds_per_tile", seconds_per_tile)? * image_m2 / tile_m2)
 }
 
-/// Mean number of tiles that meet a rectangle of `width_m` by `length_m` lying anywhere on a grid of tiles of
-/// `tile_width_m` by `tile_length_m`, turned against it by `turned_rad`.
+/// The mean number of tiles that meet a rectangle of `width_m` by `length_m`, over all positions on a grid of tiles of
+/// `tile_width_m` by `tile_length_m` that is turned against the rectangle by `turned_rad`.
 ///
-/// The area over a tile's is what (3) counts; the rim adds to it: unturned (width / tile width + 1)(length / tile length
-/// + 1), which is 4 for one image on a grid of its own size, where (3) says 1.
+/// (3) counts the area over that of a tile; the rim adds to it. Without a turn the mean is
+/// (width / tile width + 1)(length / tile length + 1): 4 for one image on a grid of its own size, where (3) gives 1.
 ///
 /// # Errors
 /// [`CouplingError::OutOfDomain`].
@@ -47,8 +47,8 @@ pub fn seconds_per_image(
 /// ```
 ///
 /// # References
-/// Beside equation 3. The tiles met at an offset are those whose corner lies in the rectangle dilated by the mirrored
-/// tile; the mean over all offsets is that area over the tile's.
+/// Extends equation 3. At one offset the rectangle meets the tiles whose corner lies in the rectangle dilated by the mirrored
+/// tile. The mean over all offsets is that area over the area of a tile.
 pub fn mean_tile_count(
     width_m: f64,
     length_m: f64,

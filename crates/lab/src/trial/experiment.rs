@@ -355,7 +355,7 @@ mod tests {
     #[test]
     fn the_papers_law_is_that_of_section_iii_on_its_pixels() {
         let law = PaperFigures::PRINTED.drift_law;
-        assert!((law.pair_drift_px * PAPER_GSD_M_PER_PX - DriftLaw::of_the_paper().pair_drift_m).abs() < 1e-9);
+        assert!((law.pair_drift_px * PAPER_GSD_M_PER_PX - DriftLaw::from_paper().pair_drift_m).abs() < 1e-9);
         assert!((law.drift_px(PAPER_DRIFT_MATCHES) - DRIFT_BOUND_PX).abs() < 1e-12);
     }
 
