@@ -8,11 +8,13 @@ use crate::cli::output::Output;
 use crate::cli::pictures::Pictures;
 use crate::cli::threads::default_threads;
 use crate::cli::viewpoint::Viewpoint;
+use crate::server::dto::AnswerJson;
 use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate, locate_traced};
 use overfly_store::Reader;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 const HELP: &str = "\
 A prior position and heading make the search small and fast. The scale is always needed, either as --gsd-m-per-px or as
@@ -93,9 +95,18 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         scale_sigma_ratio: args.height_sigma_ratio,
         time_s: args.time_s,
     };
-    let answer = locate(&store, &frame, &request, args.threads.get())?.in_pixels_of(reduction);
-    args.pictures.write(&store, &args.image, &request, &answer, output)?;
-    output.say(&answer, || text(&answer));
+    let (start, threads) = (Instant::now(), args.threads.get());
+    let (answer, trace) = if args.pictures.are_requested() {
+        locate_traced(&store, &frame, &request, threads).map(|(answer, trace)| (answer, Some(trace)))?
+    } else {
+        (locate(&store, &frame, &request, threads)?, None)
+    };
+    let elapsed = start.elapsed();
+    let answer = answer.for_original(reduction);
+    if let Some(trace) = &trace {
+        args.pictures.write(&store, &args.image, &request, &answer, trace, output)?;
+    }
+    output.say(&AnswerJson::new(answer.clone(), elapsed), || text(&answer, elapsed));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }
 
@@ -112,7 +123,8 @@ impl Args {
     }
 }
 
-fn text(answer: &Answer) -> String {
+fn text(answer: &Answer, elapsed: Duration) -> String {
+    let elapsed_ms = elapsed.as_secs_f64() * 1e3;
     match answer {
         Answer::Fix(f) => {
             let ellipse = EnuCovariance::from(f.covariance_m2).ellipse();
@@ -133,7 +145,7 @@ fn text(answer: &Answer) -> String {
                 f.false_fix_probability,
                 f.tiles_searched,
                 f.nominal_count,
-                f.elapsed_ms,
+                elapsed_ms,
             )
         }
         Answer::NoFix(n) => {
@@ -144,7 +156,7 @@ fn text(answer: &Answer) -> String {
                 n.detail,
                 n.tiles_searched,
                 n.nominal_count,
-                n.elapsed_ms
+                elapsed_ms
             )
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use overfly_flight::locate::{Answer, FixRequest};
+use overfly_flight::locate::{Answer, FixRequest, Trace};
 use overfly_store::Reader;
 use std::path::Path;
 
@@ -11,11 +11,24 @@ use std::path::Path;
 pub struct Pictures {}
 
 impl Pictures {
+    /// No.
+    pub fn are_requested(&self) -> bool {
+        false
+    }
+
     /// Does nothing.
     ///
     /// # Errors
     /// Never.
-    pub fn write(&self, _: &Reader, _: &Path, _: &FixRequest, _: &Answer, _: &Output) -> Result<(), Failure> {
+    pub fn write(
+        &self,
+        _: &Reader,
+        _: &Path,
+        _: &FixRequest,
+        _: &Answer,
+        _: &Trace,
+        _: &Output,
+    ) -> Result<(), Failure> {
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::output::Output;
 use overfly_flight::frame::read_colour_frame;
-use overfly_flight::locate::{Answer, FixRequest};
+use overfly_flight::locate::{Answer, FixRequest, Trace};
 use overfly_lab::explain::Explanation;
 use overfly_store::Reader;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,11 @@ pub struct Pictures {
 }
 
 impl Pictures {
+    /// Whether pictures are asked for: then the registration must be traced.
+    pub fn are_requested(&self) -> bool {
+        self.pictures.is_some()
+    }
+
     /// Writes the pictures, if they are asked for.
     ///
     /// # Errors
@@ -29,12 +34,13 @@ impl Pictures {
         image: &Path,
         request: &FixRequest,
         answer: &Answer,
+        trace: &Trace,
         output: &Output,
     ) -> Result<(), Failure> {
         let Some(folder) = &self.pictures else { return Ok(()) };
         make_folder(folder)?;
         let colour = read_colour_frame(image)?;
-        for (name, bytes) in Explanation::of(store, &colour, request, answer)?.pages() {
+        for (name, bytes) in Explanation::new(store, &colour, request, answer, trace)?.pages() {
             output.write(&folder.join(name), &bytes)?;
         }
         Ok(())

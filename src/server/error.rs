@@ -4,7 +4,6 @@ use super::export_failure::ExportFailure;
 use super::form_error::FormError;
 use super::query::QueryError;
 use axum::http::StatusCode;
-use overfly_core::camera::CameraError;
 use overfly_core::tile::TileError;
 use overfly_flight::frame::FrameError;
 use overfly_flight::locate::LocateError;
@@ -106,7 +105,9 @@ impl ServerError {
         match self {
             Self::Query(error) => error.code(),
             Self::Candidates(error) => error.code(),
-            Self::Locate(LocateError::Parameter { .. }) => "parameter_out_of_range",
+            Self::Locate(
+                LocateError::Parameter { .. } | LocateError::Missing { .. } | LocateError::Conflict { .. },
+            ) => "parameter_out_of_range",
             Self::Locate(error) => error.code(),
             Self::Store(error) => error.code(),
             Self::Form(error) => error.code(),
@@ -132,8 +133,7 @@ impl ServerError {
         match self {
             Self::Query(error) => Some(error.parameter().to_owned()),
             Self::Candidates(error) => error.parameter().map(str::to_owned),
-            Self::Locate(LocateError::Parameter { name, .. }) => Some((*name).to_owned()),
-            Self::Locate(LocateError::Camera(error)) => Some(camera_parameter(error).to_owned()),
+            Self::Locate(error) => error.parameter().map(str::to_owned),
             Self::Form(error) => error.part().map(str::to_owned),
             Self::Frame { part, .. } => Some((*part).to_owned()),
             Self::Parameter { name, .. } => Some((*name).to_owned()),
@@ -159,19 +159,13 @@ fn candidates_status(error: &CandidatesError) -> StatusCode {
 fn locate_status(error: &LocateError) -> StatusCode {
     match error {
         LocateError::Store(error) => store_status(error),
-        LocateError::GivenUp => StatusCode::SERVICE_UNAVAILABLE,
+        LocateError::Cancelled => StatusCode::SERVICE_UNAVAILABLE,
         LocateError::Camera(_)
         | LocateError::Parameter { .. }
+        | LocateError::Missing { .. }
+        | LocateError::Conflict { .. }
         | LocateError::TooWide { .. }
-        | LocateError::NoRoom { .. } => StatusCode::BAD_REQUEST,
-    }
-}
-
-fn camera_parameter(error: &CameraError) -> &'static str {
-    match error {
-        CameraError::NotPositive { name, .. } | CameraError::NotFinite { name, .. } => name,
-        CameraError::TooFarOffNadir { .. } => "pitch_deg",
-        CameraError::OtherAspect { .. } => "camera",
+        | LocateError::MemoryLimit { .. } => StatusCode::BAD_REQUEST,
     }
 }
 

@@ -12,7 +12,8 @@ use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
-use overfly_flight::locate::{Answer, candidates::default_layer, locate_while};
+use overfly_flight::locate::{candidates::default_layer, locate_cancellable};
+use std::time::Instant;
 
 /// The form of a fix.
 #[derive(utoipa::ToSchema)]
@@ -48,15 +49,17 @@ pub(super) async fn post(
     let bytes = form.take("image")?;
     let work = state.work.clone();
     let answer = work
-        .run_wanted(Load::Registration, move |wanted| -> Result<Answer, ServerError> {
+        .run_cancellable(Load::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
             let layer = match &parameters.layer {
                 Some(name) => state.store.layer(name)?,
                 None => default_layer(&state.store)?,
             };
             let request = parameters.request(&layer.name)?;
             let frame = state.limits.frame("image", &bytes)?;
-            Ok(locate_while(&state.store, &frame, &request, state.limits.threads, &|| wanted.still())?)
+            let start = Instant::now();
+            let answer = locate_cancellable(&state.store, &frame, &request, state.limits.threads, cancellation)?;
+            Ok(AnswerJson::new(answer, start.elapsed()))
         })
         .await??;
-    Ok(Json(answer.into()))
+    Ok(Json(answer))
 }

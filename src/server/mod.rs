@@ -17,7 +17,7 @@ mod candidates;
 mod catalogue;
 mod connections;
 mod detail;
-mod dto;
+pub(crate) mod dto;
 mod entity_tag;
 mod error;
 mod error_response;

@@ -2,8 +2,8 @@
 
 use super::error::ServerError;
 use super::limits::Limits;
+use overfly_flight::locate::CancellationToken;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
@@ -16,22 +16,12 @@ pub(super) enum Load {
     Registration,
 }
 
-/// Whether anybody waits for a job's answer.
-#[derive(Debug, Clone)]
-pub(super) struct Wanted(Arc<AtomicBool>);
+/// Cancels a job when it is dropped: when the time limit is reached or the caller is gone.
+struct CancelOnDrop(CancellationToken);
 
-impl Wanted {
-    pub(super) fn still(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
-/// The one who waits; gone when dropped.
-struct Waiting(Wanted);
-
-impl Drop for Waiting {
+impl Drop for CancelOnDrop {
     fn drop(&mut self) {
-        self.0.0.store(false, Ordering::Relaxed);
+        self.0.cancel();
     }
 }
 
@@ -61,27 +51,27 @@ impl Work {
     /// Runs a job on a blocking thread once a place is free.
     ///
     /// # Errors
-    /// As [`Work::run_wanted`].
+    /// As [`Work::run_cancellable`].
     pub(super) async fn run<T: Send + 'static>(
         &self,
         load: Load,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, ServerError> {
-        self.run_wanted(load, move |_| job()).await
+        self.run_cancellable(load, move |_| job()).await
     }
 
-    /// As [`Work::run`]; the job can ask whether its answer is still wanted: not once the time is over or the caller
-    /// has gone. It keeps its place until it ends.
+    /// As [`Work::run`]; the job's token is cancelled when the time limit is reached or the caller is gone. The job keeps its place
+    /// until it ends.
     ///
     /// # Errors
     /// [`ServerError::TimeLimit`] where waiting and working take too long, [`ServerError::Panicked`] where it panics.
-    pub(super) async fn run_wanted<T: Send + 'static>(
+    pub(super) async fn run_cancellable<T: Send + 'static>(
         &self,
         load: Load,
-        job: impl FnOnce(&Wanted) -> T + Send + 'static,
+        job: impl FnOnce(&CancellationToken) -> T + Send + 'static,
     ) -> Result<T, ServerError> {
-        let wanted = Wanted(Arc::new(AtomicBool::new(true)));
-        let _until_dropped = Waiting(wanted.clone());
+        let cancellation = CancellationToken::new();
+        let _cancel_on_drop = CancelOnDrop(cancellation.clone());
         let places = match load {
             Load::Question => &self.questions,
             Load::Registration => &self.registrations,
@@ -90,7 +80,7 @@ impl Work {
             let place = places.clone().acquire_owned().await.expect("the semaphore is never closed");
             tokio::task::spawn_blocking(move || {
                 let _place = place;
-                job(&wanted)
+                job(&cancellation)
             })
             .await
         });

@@ -1,6 +1,6 @@
 //! A fix is right or is none: on the project's own drawn tiles always, on real imagery where it is present.
 
-use overfly_core::camera::View;
+use overfly_core::camera::{Intrinsics, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
@@ -67,7 +67,7 @@ fn stated_covariances_are_those_of_the_errors() {
 fn the_number_of_threads_does_not_change_the_answer() {
     let (frame, request) = drawn_frame(3);
     let answers = [1, 2, 5].map(|threads| match locate(drawn(), &frame, &request, threads).unwrap() {
-        Answer::Fix(fix) => overfly_flight::locate::Fix { elapsed_ms: 0.0, ..fix },
+        Answer::Fix(fix) => fix,
         Answer::NoFix(no_fix) => panic!("{no_fix:?}"),
     });
     assert!(answers[0] == answers[1] && answers[1] == answers[2]);
@@ -127,6 +127,21 @@ fn a_frame_larger_than_countries_is_no_fix_at_once() {
     let view = View::Nadir { gsd_m_per_px: 1e9 };
     let answer = locate(drawn(), &frame, &FixRequest { view, ..request }, 2).unwrap();
     assert!(matches!(&answer, Answer::NoFix(n) if n.reason == Reason::InconsistentScale), "{answer:?}");
+}
+
+#[test]
+fn a_camera_that_sees_the_horizon_gives_no_fix() {
+    let (frame, request) = drawn_frame(0);
+    let (width, height) = (frame.width_px() as u32, frame.height_px() as u32);
+    let view = View::Posed {
+        // 51 degrees from the centre to the upper edge, and 45 degrees of pitch.
+        intrinsics: Intrinsics::centred(width, height, 0.4 * f64::from(height)),
+        height_agl_m: 500.0,
+        pitch_rad: 45f64.to_radians(),
+        roll_rad: 0.0,
+    };
+    let answer = locate(drawn(), &frame, &FixRequest { view, ..request }, 2).unwrap();
+    assert!(matches!(&answer, Answer::NoFix(n) if n.reason == Reason::HorizonInView), "{answer:?}");
 }
 
 #[test]

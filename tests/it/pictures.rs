@@ -2,7 +2,7 @@
 
 use overfly_core::pixels::Colour;
 use overfly_flight::frame::read_colour_frame;
-use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate_traced};
 use overfly_lab::explain::Explanation;
 use overfly_lab::trial::RecordedFlight;
 use overfly_testkit::drawn::{drawn_store, project};
@@ -18,8 +18,8 @@ fn pages(frame: &Colour, position: PositionPrior) -> (Answer, Vec<(&'static str,
         scale_sigma_ratio: 0.03,
         time_s: None,
     };
-    let answer = locate(drawn_store(), &frame.to_gray(), &request, 2).unwrap();
-    let pages = Explanation::of(drawn_store(), frame, &request, &answer).unwrap().pages();
+    let (answer, trace) = locate_traced(drawn_store(), &frame.to_gray(), &request, 2).unwrap();
+    let pages = Explanation::new(drawn_store(), frame, &request, &answer, &trace).unwrap().pages();
     (answer, pages)
 }
 

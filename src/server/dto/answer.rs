@@ -2,6 +2,7 @@
 
 use overfly_flight::locate::{Answer, Fix, NoFix, Point, Reason};
 use serde::Serialize;
+use std::time::Duration;
 use utoipa::ToSchema;
 
 /// A fix, or none and why. `status` is "fix" or "no_fix".
@@ -101,17 +102,21 @@ pub(crate) enum ReasonJson {
     Ambiguous,
     /// Too few local windows agree on one similarity.
     TooFewAgreeingWindows,
-    /// The similarity found contradicts the stated scale.
+    /// The camera sees the horizon.
+    HorizonInView,
+    /// The similarity found, or the size of the frame on the map, contradicts the stated scale.
     InconsistentScale,
     /// The similarity found contradicts the stated heading.
     InconsistentHeading,
 }
 
-impl From<Answer> for AnswerJson {
-    fn from(answer: Answer) -> Self {
+impl AnswerJson {
+    /// Makes the reply of an answer that took some time.
+    pub(crate) fn new(answer: Answer, elapsed: Duration) -> Self {
+        let elapsed_ms = elapsed.as_micros() as f64 / 1e3;
         match answer {
-            Answer::Fix(fix) => Self::Fix(fix.into()),
-            Answer::NoFix(no_fix) => Self::NoFix(no_fix.into()),
+            Answer::Fix(fix) => Self::Fix(FixJson::new(fix, elapsed_ms)),
+            Answer::NoFix(no_fix) => Self::NoFix(NoFixJson::new(no_fix, elapsed_ms)),
         }
     }
 }
@@ -122,8 +127,8 @@ impl From<Point> for PointJson {
     }
 }
 
-impl From<Fix> for FixJson {
-    fn from(fix: Fix) -> Self {
+impl FixJson {
+    fn new(fix: Fix, elapsed_ms: f64) -> Self {
         Self {
             latitude_deg: fix.latitude_deg,
             longitude_deg: fix.longitude_deg,
@@ -141,13 +146,13 @@ impl From<Fix> for FixJson {
             nominal_count: fix.nominal_count,
             map_epoch: fix.map_epoch,
             time_s: fix.time_s,
-            elapsed_ms: fix.elapsed_ms,
+            elapsed_ms,
         }
     }
 }
 
-impl From<NoFix> for NoFixJson {
-    fn from(no_fix: NoFix) -> Self {
+impl NoFixJson {
+    fn new(no_fix: NoFix, elapsed_ms: f64) -> Self {
         Self {
             reason: no_fix.reason.into(),
             detail: no_fix.detail,
@@ -156,7 +161,7 @@ impl From<NoFix> for NoFixJson {
             tiles_searched: no_fix.tiles_searched,
             nominal_count: no_fix.nominal_count,
             time_s: no_fix.time_s,
-            elapsed_ms: no_fix.elapsed_ms,
+            elapsed_ms,
         }
     }
 }
@@ -168,6 +173,7 @@ impl From<Reason> for ReasonJson {
             Reason::TooLittleStructure => Self::TooLittleStructure,
             Reason::Ambiguous => Self::Ambiguous,
             Reason::TooFewAgreeingWindows => Self::TooFewAgreeingWindows,
+            Reason::HorizonInView => Self::HorizonInView,
             Reason::InconsistentScale => Self::InconsistentScale,
             Reason::InconsistentHeading => Self::InconsistentHeading,
         }

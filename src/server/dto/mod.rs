@@ -10,7 +10,7 @@ mod layer;
 mod motion;
 mod tile_json;
 
-pub(super) use answer::AnswerJson;
+pub(crate) use answer::AnswerJson;
 pub(super) use candidates::CandidatesJson;
 pub(super) use coverage::CoverageJson;
 pub(super) use export::{ExportParameters, ExportProgress};

@@ -1,14 +1,14 @@
-//! What `locate` answers, as JSON spells it.
+//! `Answer`: a fix, or no fix and why.
 
 use serde::{Deserialize, Serialize};
 
-/// A fix, or none and why. `status` is "fix" or "no_fix".
+/// A fix, or no fix and why. In JSON `status` is "fix" or "no_fix".
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Answer {
-    /// Located.
+    /// The frame was located.
     Fix(Fix),
-    /// Not located.
+    /// The frame was not located.
     NoFix(NoFix),
 }
 
@@ -21,70 +21,66 @@ pub struct Point {
     pub longitude_deg: f64,
 }
 
-/// Where the camera was.
+/// Where the camera was when the frame was taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fix {
-    /// Of the nadir, degrees.
+    /// Latitude of the nadir, degrees north.
     pub latitude_deg: f64,
-    /// Of the nadir, degrees.
+    /// Longitude of the nadir, degrees east.
     pub longitude_deg: f64,
     /// Azimuth of the image's upper edge, degrees clockwise from true north, [0, 360).
     pub heading_deg: f64,
-    /// One standard deviation, degrees.
+    /// One standard deviation of the heading, degrees.
     pub heading_sigma_deg: f64,
-    /// Ground sample distance of the frame as found, metres per pixel.
+    /// Ground sample distance of the frame as measured, metres per pixel.
     pub gsd_m_per_px: f64,
     /// One standard deviation of the scale, as a ratio.
     pub scale_sigma_ratio: f64,
-    /// [[east-east, east-north], [east-north, north-north]], m^2; the map's own error included.
+    /// Covariance of the nadir, m^2: [[east-east, east-north], [east-north, north-north]]; the map's own error is included.
     pub covariance_m2: [[f64; 2]; 2],
-    /// Strength of the evidence, in standard deviations of the correlation surface.
+    /// z-score of the correlation peak: its height in standard deviations of the correlation surface.
     pub score: f64,
-    /// Probability that an accepted fix of this evidence is wrong.
+    /// Probability that a fix with this evidence is wrong.
     pub false_fix_probability: f64,
-    /// log10 of the number of accidents as good as this one to expect in a search of this size.
+    /// log10 of the number of false alarms with this evidence expected by chance in a search of this size.
     pub log10_false_alarms: Option<f64>,
-    /// The ground in the middle of the image.
+    /// The ground point at the centre of the image.
     pub image_centre: Point,
-    /// Local windows that agree.
+    /// Number of local windows that agree.
     pub inliers: usize,
-    /// Base tiles whose imagery was searched.
+    /// Number of base tiles whose imagery was searched.
     pub tiles_searched: usize,
-    /// The paper's count for this search.
+    /// The paper's nominal count for this search.
     pub nominal_count: f64,
-    /// Newest acquisition date of the map there, where known.
+    /// Newest acquisition date of the map at the nadir, where known.
     pub map_epoch: Option<String>,
-    /// The request's image time.
+    /// The request's image time, seconds.
     pub time_s: Option<f64>,
-    /// From the decoded frame to this answer, milliseconds.
-    pub elapsed_ms: f64,
 }
 
-/// No fix.
+/// Why the frame was not located.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NoFix {
-    /// A stable word.
+    /// The reason, a stable word.
     pub reason: Reason,
-    /// For people: the figures behind the reason.
+    /// The figures behind the reason, for people.
     pub detail: String,
-    /// Best score seen, where a search was made.
+    /// z-score of the best place, where a search was made.
     pub score: Option<f64>,
-    /// log10 of the number of accidents as good as the best place to expect in a search of this size; absent where no
+    /// log10 of the number of false alarms as good as the best place expected by chance in a search of this size; absent where no
     /// place had windows that agree.
     pub log10_false_alarms: Option<f64>,
-    /// Base tiles whose imagery was searched.
+    /// Number of base tiles whose imagery was searched.
     pub tiles_searched: usize,
-    /// The paper's count for this search.
+    /// The paper's nominal count for this search.
     pub nominal_count: f64,
-    /// The request's image time.
+    /// The request's image time, seconds.
     pub time_s: Option<f64>,
-    /// From the decoded frame to this answer, milliseconds.
-    pub elapsed_ms: f64,
 }
 
 impl Answer {
-    /// The answer for a frame of which `reduction` x `reduction` pixels were made one.
-    pub fn in_pixels_of(self, reduction: u32) -> Self {
+    /// The answer for the original of a frame in which `reduction` x `reduction` pixels were averaged to one.
+    pub fn for_original(self, reduction: u32) -> Self {
         match self {
             Self::Fix(fix) => Self::Fix(Fix { gsd_m_per_px: fix.gsd_m_per_px / f64::from(reduction), ..fix }),
             none @ Self::NoFix(_) => none,
@@ -96,15 +92,17 @@ impl Answer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
-    /// The search region holds no map.
+    /// The search region contains no map.
     OutsideMap,
     /// The frame shows too little structure.
     TooLittleStructure,
-    /// The best place is not clearly better than the rest.
+    /// The best place is not clearly better than a second one.
     Ambiguous,
     /// Too few local windows agree on one similarity.
     TooFewAgreeingWindows,
-    /// The similarity found contradicts the stated scale.
+    /// The camera sees the horizon.
+    HorizonInView,
+    /// The similarity found, or the size of the frame on the map, contradicts the stated scale.
     InconsistentScale,
     /// The similarity found contradicts the stated heading.
     InconsistentHeading,

@@ -1,12 +1,12 @@
-//! `SearchArea`: the places left open by a prior, in pixels of one level.
+//! `SearchArea`: the positions that a prior allows, in pixels of one level.
 
-use super::PositionPrior;
 use super::map::PixelWindow;
+use super::request::PositionPrior;
 use overfly_core::geodesy::{Geodetic, LocalFrame, WORLD_M};
 use overfly_core::tile::{Gsd, MercatorBounds, TILE_SIZE_PX, WorldPixel, gsd_at};
 use overfly_store::Layer;
 
-/// Nadirs to search: a rectangle of pixels of one level, and for a Gaussian the ellipse within.
+/// The nadirs to search: a rectangle of pixels of one level, and for a Gaussian prior the ellipse within.
 #[derive(Debug, Clone)]
 pub struct SearchArea {
     zoom: u8,
@@ -26,13 +26,13 @@ struct Ellipse {
     correlation: f64,
 }
 
-/// Squared Mahalanobis radius that holds 99.7 % of a two-dimensional Gaussian: -2 ln 0.003.
+/// Squared Mahalanobis radius that contains 99.7 % of a two-dimensional Gaussian: -2 ln 0.003.
 const RADIUS_SQUARED: f64 = 11.618;
-/// Pixels added on every side, so that a peak on the rim has neighbours.
+/// Pixels added on every side, so that a peak at the border has neighbours.
 const RIM_PX: f64 = 2.0;
 
 impl SearchArea {
-    /// The area of a prior at a zoom; `None` beyond the tile matrix.
+    /// Returns the area of a prior at a zoom; `None` beyond the tile matrix.
     pub fn new(prior: &PositionPrior, layer: &Layer, zoom: u8) -> Option<Self> {
         match *prior {
             PositionPrior::Square { centre, half_width_m } => {
@@ -49,7 +49,7 @@ impl SearchArea {
                 };
                 Self::around(centre, radius * sigma_east_m, radius * sigma_north_m, zoom, Some(ellipse))
             }
-            PositionPrior::WholeLayer => Self::of_layer(layer, zoom),
+            PositionPrior::WholeLayer => Self::whole_layer(layer, zoom),
         }
     }
 
@@ -66,7 +66,7 @@ impl SearchArea {
         ))
     }
 
-    fn of_layer(layer: &Layer, zoom: u8) -> Option<Self> {
+    fn whole_layer(layer: &Layer, zoom: u8) -> Option<Self> {
         let north_west = WorldPixel::from_geodetic(layer.bounds_deg.north_west().ok()?, zoom).ok()?;
         let mut south_east = WorldPixel::from_geodetic(layer.bounds_deg.south_east().ok()?, zoom).ok()?;
         if south_east.x_px <= north_west.x_px {
@@ -81,39 +81,41 @@ impl SearchArea {
         Self { zoom, left, top, width_px, height_px, ellipse }
     }
 
-    /// A square around a pixel of a level, `half_px` to each side.
-    pub fn beside(zoom: u8, middle: WorldPixel, half_px: f64) -> Self {
+    /// Returns a square around a pixel of a level, `half_px` to each side.
+    pub fn around_pixel(zoom: u8, middle: WorldPixel, half_px: f64) -> Self {
         let WorldPixel { x_px, y_px } = middle;
         Self::between(zoom, [x_px - half_px, y_px - half_px], [x_px + half_px, y_px + half_px], None)
     }
 
-    /// The level.
+    /// Zoom of the level.
     pub fn zoom(&self) -> u8 {
         self.zoom
     }
 
-    /// Whether a square of the area's level, given by its upper-left corner and edge, meets the area's rectangle, on this
-    /// round of the world or a neighbouring one.
-    pub fn meets(&self, corner_px: [f64; 2], edge_px: f64) -> bool {
+    /// Whether a square of the area's level, given by its upper-left corner and edge in pixels, intersects the area's rectangle, on
+    /// this copy of the world or a neighbouring one.
+    pub fn intersects(&self, corner_px: [f64; 2], edge_px: f64) -> bool {
         let world_px = f64::from(TILE_SIZE_PX) * 2f64.powi(i32::from(self.zoom));
-        let beside = |at: f64, from: i64, extent: i64| at < (from + extent) as f64 && at + edge_px > from as f64;
-        beside(corner_px[1], self.top, self.height_px)
-            && [0.0, -world_px, world_px].iter().any(|w| beside(corner_px[0] + w, self.left, self.width_px))
+        let overlap = |at: f64, from: i64, extent: i64| at < (from + extent) as f64 && at + edge_px > from as f64;
+        overlap(corner_px[1], self.top, self.height_px)
+            && [0.0, -world_px, world_px].iter().any(|w| overlap(corner_px[0] + w, self.left, self.width_px))
     }
 
-    /// Whether a pixel of the area's level lies in the area, on this round of the world or a neighbouring one.
+    /// Whether a point, in pixels of the area's level, lies in the area, on this copy of the world or a neighbouring one.
     pub fn contains(&self, pixel: WorldPixel) -> bool {
         let world_px = i64::from(TILE_SIZE_PX) << self.zoom;
         let (x, y) = (pixel.x_px.floor() as i64, pixel.y_px.floor() as i64);
         let inside = |v: i64, from: i64, extent: i64| (from..from + extent).contains(&v);
         inside(y, self.top, self.height_px)
-            && [0, -world_px, world_px].iter().any(|w| inside(x + w, self.left, self.width_px) && self.holds(x + w, y))
+            && [0, -world_px, world_px]
+                .iter()
+                .any(|w| inside(x + w, self.left, self.width_px) && self.contains_pixel(x + w, y))
     }
 
-    /// The same area cut to the pixels within `reach_px` of a layer's bounds, where alone a frame can show its ground;
-    /// `None` where nothing is left.
-    pub fn near_layer(mut self, layer: &Layer, reach_px: f64) -> Option<Self> {
-        let whole = Self::of_layer(layer, self.zoom)?;
+    /// The area cut to the pixels within `reach_px` of a layer's bounds, for only there a frame can show ground of the layer; `None`
+    /// where nothing is left.
+    pub fn cut_to_layer(mut self, layer: &Layer, reach_px: f64) -> Option<Self> {
+        let whole = Self::whole_layer(layer, self.zoom)?;
         let world_px = i64::from(TILE_SIZE_PX) << self.zoom;
         let middle = self.left + self.width_px / 2 - whole.left - whole.width_px / 2;
         let shift = (middle as f64 / world_px as f64).round() as i64 * world_px;
@@ -126,7 +128,19 @@ impl SearchArea {
         (self.width_px > 0 && self.height_px > 0).then_some(self)
     }
 
-    /// The area in rectangles of at most `edge_px`.
+    /// The part of the area's rectangle within `half_px` of a point, in pixels of the area's level; `None` where they do not intersect.
+    pub fn window_around(&self, point: WorldPixel, half_px: i64) -> Option<PixelWindow> {
+        let span = |at: f64, from: i64, extent: i64| {
+            let first = from.max(at.floor() as i64 - half_px);
+            let end = (from + extent).min(at.floor() as i64 + half_px + 1);
+            (end > first).then(|| (first, (end - first) as usize))
+        };
+        let (left, width_px) = span(point.x_px, self.left, self.width_px)?;
+        let (top, height_px) = span(point.y_px, self.top, self.height_px)?;
+        Some(PixelWindow { zoom: self.zoom, left, top, width_px, height_px })
+    }
+
+    /// The area's rectangle in blocks of at most `edge_px` a side.
     pub fn blocks(&self, edge_px: i64) -> Vec<PixelWindow> {
         let starts = |extent: i64| (0..extent).step_by(edge_px as usize);
         let block = |x: i64, y: i64| PixelWindow {
@@ -139,7 +153,7 @@ impl SearchArea {
         starts(self.height_px).flat_map(|y| starts(self.width_px).map(move |x| block(x, y))).collect()
     }
 
-    /// The rectangle grown by `margin_px`, in the projection; x may run past the antimeridian.
+    /// The rectangle grown by `margin_px`, in Web Mercator metres; x may run past the antimeridian.
     pub fn mercator_bounds(&self, margin_px: f64) -> MercatorBounds {
         let span_m = WORLD_M / (f64::from(TILE_SIZE_PX) * f64::from(1u32 << self.zoom));
         let x_m = |px: f64| px * span_m - WORLD_M / 2.0;
@@ -153,18 +167,18 @@ impl SearchArea {
     }
 
     /// Whether a pixel of the rectangle belongs to the area.
-    pub fn holds(&self, x: i64, y: i64) -> bool {
+    pub fn contains_pixel(&self, x: i64, y: i64) -> bool {
         self.ellipse.as_ref().is_none_or(|e| {
             let east = (x as f64 - e.centre.x_px) * e.gsd.east_m_per_px / e.sigma_east_m;
             let north = (e.centre.y_px - y as f64) * e.gsd.north_m_per_px / e.sigma_north_m;
             let r = e.correlation;
-            // One pixel of slack, so that an ellipse smaller than a pixel still holds its middle.
+            // One pixel of slack, so that an ellipse smaller than a pixel still contains its centre.
             let slack = 1.0 + 2.0 * e.gsd.mean_m_per_px() / e.sigma_east_m.min(e.sigma_north_m);
             (east * east - 2.0 * r * east * north + north * north) / (1.0 - r * r) <= RADIUS_SQUARED * slack * slack
         })
     }
 
-    /// Ground sample distance in the middle of a block.
+    /// Ground sample distance at the centre of a block.
     pub fn gsd_of(&self, block: &PixelWindow) -> Gsd {
         let middle = WorldPixel {
             x_px: block.left as f64 + block.width_px as f64 / 2.0,
@@ -177,8 +191,8 @@ impl SearchArea {
     }
 }
 
-/// The smallest upright rectangle around the area a prior leaves open, metres east and north; the layer's extent where
-/// the prior leaves everything open.
+/// Width and height of the smallest upright rectangle around the area that a prior allows, metres east and north; the layer's
+/// extent for the whole layer.
 pub fn extent_m(prior: &PositionPrior, layer: &Layer) -> [f64; 2] {
     match *prior {
         PositionPrior::Square { half_width_m, .. } => [2.0 * half_width_m; 2],
@@ -194,6 +208,15 @@ pub fn extent_m(prior: &PositionPrior, layer: &Layer) -> [f64; 2] {
             })
         }
     }
+}
+
+/// The centre of the area that a prior allows; `None` beyond the tile matrix.
+pub fn centre(prior: &PositionPrior, layer: &Layer) -> Option<Geodetic> {
+    let point = match *prior {
+        PositionPrior::Gaussian { centre, .. } | PositionPrior::Square { centre, .. } => centre,
+        PositionPrior::WholeLayer => layer.bounds_deg.middle().ok()?,
+    };
+    WorldPixel::from_geodetic(point, 0).ok().map(|_| point)
 }
 
 #[cfg(test)]
@@ -220,15 +243,15 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_across_the_antimeridian_is_near_from_both_sides() {
+    fn a_layer_across_the_antimeridian_is_reached_from_both_sides() {
         let layer = layer([179.9, 10.0, -179.9, 10.1]);
         for longitude_deg in [179.95, -179.95, 179.999, -179.999] {
             let area = SearchArea::new(&square(10.05, longitude_deg, 500.0), &layer, 14).unwrap();
-            let kept = area.clone().near_layer(&layer, 20.0).unwrap();
+            let kept = area.clone().cut_to_layer(&layer, 20.0).unwrap();
             assert_eq!((kept.left, kept.width_px), (area.left, area.width_px), "{longitude_deg}");
         }
         let far = SearchArea::new(&square(10.05, 0.0, 500.0), &layer, 14).unwrap();
-        assert!(far.near_layer(&layer, 20.0).is_none());
+        assert!(far.cut_to_layer(&layer, 20.0).is_none());
     }
 
     proptest! {
@@ -242,7 +265,7 @@ mod tests {
         }
 
         #[test]
-        fn a_gaussian_holds_what_lies_within_three_sigma(angle in 0.0..std::f64::consts::TAU, radius in 0.0..3.0f64, r in -0.9..0.9f64) {
+        fn a_gaussian_area_contains_everything_within_three_sigma(angle in 0.0..std::f64::consts::TAU, radius in 0.0..3.0f64, r in -0.9..0.9f64) {
             let centre = Geodetic::from_degrees(47.0, -99.0).unwrap();
             let prior = PositionPrior::Gaussian { centre, sigma_east_m: 200.0, sigma_north_m: 90.0, correlation: r };
             let area = SearchArea::new(&prior, &layer([-99.5, 46.5, -98.5, 47.5]), 13).unwrap();
@@ -252,7 +275,7 @@ mod tests {
             let point = LocalFrame::at(centre).geodetic_from_enu(overfly_core::geodesy::Enu { east_m, north_m }).unwrap();
             let pixel = WorldPixel::from_geodetic(point, 13).unwrap();
             let (x, y) = (pixel.x_px.round() as i64, pixel.y_px.round() as i64);
-            prop_assert!(area.holds(x, y));
+            prop_assert!(area.contains_pixel(x, y));
             prop_assert!(x >= area.left && x < area.left + area.width_px && y >= area.top && y < area.top + area.height_px);
         }
     }

@@ -1,24 +1,31 @@
-//! The headings and scales to try, from what the sensors leave open.
+//! The headings and scales to try, from the stated heading and scale and their uncertainty.
 
-use super::coarse_search::Hypothesis;
-use super::{FixRequest, HeadingPrior};
+use super::request::{FixRequest, HeadingPrior};
 use std::f64::consts::{PI, TAU};
 
-/// How many standard deviations of heading and scale are searched.
+/// Headings and scales within this many standard deviations are searched.
 pub const REACH_SIGMAS: f64 = 3.0;
-/// A step may move the frame's edge by this many coarse pixels.
+/// A step of heading or scale moves the frame's edge by at most this many coarse pixels.
 const STEP_PX: f64 = 2.4;
-
-/// Of a known heading those within this many standard deviations are tried first.
+/// Headings within this many standard deviations of a stated heading are tried first.
 const LIKELY_SIGMAS: f64 = 1.5;
 
-/// The step of heading, radians, for a frame whose half diagonal has `half_diagonal_px` coarse pixels.
+/// A heading and a scale to try.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hypothesis {
+    /// Heading, radians clockwise from true north.
+    pub heading_rad: f64,
+    /// True height over the stated height.
+    pub height_ratio: f64,
+}
+
+/// The step of heading in radians for a frame whose half diagonal has `half_diagonal_px` coarse pixels.
 pub fn step(half_diagonal_px: f64) -> f64 {
     STEP_PX / half_diagonal_px.max(STEP_PX)
 }
 
-/// All combinations for a frame whose half diagonal has `half_diagonal_px` coarse pixels, in two parts: the likely ones
-/// (stated scale, headings near the stated one or, unknown, all) and the rest.
+/// All combinations of heading and scale for a frame whose half diagonal has `half_diagonal_px` coarse pixels, in two parts: first
+/// the likely ones (stated scale, headings near the stated heading or, where it is unknown, all), then the rest.
 pub fn hypotheses(request: &FixRequest, half_diagonal_px: f64) -> [Vec<Hypothesis>; 2] {
     let step = step(half_diagonal_px);
     let ratios = around(REACH_SIGMAS * request.scale_sigma_ratio, 1.5 * step);
@@ -44,7 +51,7 @@ pub fn hypotheses(request: &FixRequest, half_diagonal_px: f64) -> [Vec<Hypothesi
     parts
 }
 
-/// Zero, then pairs outwards, at most `step` apart, so that nothing within `reach` is farther than half a step.
+/// Zero, then pairs outwards, at most `step` apart: nothing within `reach` is farther than half a step from one of them.
 pub fn around(reach: f64, step: f64) -> Vec<f64> {
     let pairs = ((reach - step / 2.0) / step).ceil().max(0.0);
     let width = if pairs > 0.0 { (reach / (pairs + 0.5)).min(step) } else { 0.0 };

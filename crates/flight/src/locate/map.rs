@@ -1,13 +1,13 @@
-//! `Map`: a layer of a store as one seamless structure at any of its levels.
+//! `Map`: a layer of a store as one seamless image of structural channels at any of its levels.
 
 use overfly_core::feature::Structure;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_store::{Layer, Reader, StoreError};
 
-/// A window of a level, pixels of the world at that zoom. Columns may run past the antimeridian.
+/// A window of a level, in pixels of the world at its zoom. Columns may run past the antimeridian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelWindow {
-    /// Zoom.
+    /// Zoom of the level.
     pub zoom: u8,
     /// First column.
     pub left: i64,
@@ -19,22 +19,22 @@ pub struct PixelWindow {
     pub height_px: usize,
 }
 
-/// A layer to look at.
+/// A layer of a store.
 pub struct Map<'a> {
     store: &'a Reader,
     layer: &'a Layer,
 }
 
 impl<'a> Map<'a> {
-    /// The layer of a store.
+    /// Returns the map of a layer.
     pub fn new(store: &'a Reader, layer: &'a Layer) -> Self {
         Self { store, layer }
     }
 
-    /// Structure of a window; where there is no tile, or beyond the poles, unknown.
+    /// The structural channels of a window; unknown where there is no tile, and beyond the poles.
     ///
     /// # Errors
-    /// Where the store cannot give a tile.
+    /// Where a tile cannot be read.
     pub fn window(&self, window: &PixelWindow) -> Result<Structure, StoreError> {
         let mut structure = Structure::unknown(window.width_px, window.height_px);
         let size = i64::from(TILE_SIZE_PX);

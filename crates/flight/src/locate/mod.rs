@@ -1,21 +1,47 @@
-//! From a prior to a fix: region, candidate tiles, registration, `Fix` or `NoFix`.
+//! Absolute registration: from a frame and a prior to a fix, or to no fix and why.
+//!
+//! A registration is a chain of values: prepared frame, coarse peaks, refined places, verdict, answer. [`locate`] returns the answer,
+//! [`locate_traced`] also the values on the way.
 
 mod answer;
+mod answering;
 mod area;
+mod camera_pose;
+mod cancellation;
 pub mod candidates;
+mod coarse_peaks;
 mod coarse_search;
 pub mod coverage;
-mod fix;
+mod domain;
+mod error;
+mod frame_pyramid;
 mod hypotheses;
 mod levels;
+mod locate_frame;
 mod map;
-mod pose;
+mod observation;
+mod parameters;
+mod prepare;
 mod refine;
+mod refusal;
 mod request;
-mod steps;
-mod verdict;
+mod search_context;
+mod search_extent;
+mod search_steps;
+mod surface_maximum;
+mod trace;
+mod verify;
 mod wide;
 
 pub use answer::{Answer, Fix, NoFix, Point, Reason};
-pub use fix::{locate, locate_while};
-pub use request::{FixRequest, HeadingPrior, LocateError, PositionPrior};
+pub use camera_pose::CameraPose;
+pub use cancellation::CancellationToken;
+pub use error::LocateError;
+pub use hypotheses::Hypothesis;
+pub use levels::{CellLevel, Levels};
+pub use locate_frame::{locate, locate_cancellable, locate_traced};
+pub use map::PixelWindow;
+pub use observation::Observation;
+pub use parameters::{FixParameters, ViewParameters};
+pub use request::{FixRequest, HeadingPrior, PositionPrior};
+pub use trace::{Decision, Trace, TracedPeak, TracedPlace, TracedSurface, TracedWindows};

@@ -1,161 +1,175 @@
-//! Refinement: from a coarse place through ever finer levels by local windows, to a similarity with its evidence.
+//! `RefinedPlace`: the third stage of a registration. From a coarse peak through ever finer levels by local windows to a similarity.
 
-use super::map::{Map, PixelWindow};
-use super::pose::{Frame, Pose, structure_of};
-use overfly_core::feature::Structure;
+use super::camera_pose::CameraPose;
+use super::coarse_peaks::{CoarsePeak, CoarsePeaks};
+use super::error::LocateError;
+use super::map::Map;
+use super::observation::Observation;
+use super::prepare::PreparedFrame;
+use super::search_context::SearchContext;
 use overfly_core::registration::a_contrario::{self, ConsensusCounts};
-use overfly_core::registration::peak_z_score::{self, peak_z_score};
 use overfly_core::registration::window_fit::{WindowFit, WindowFitOptions, fit_windows};
-use overfly_core::registration::windows::{WindowMatch, WindowOptions, match_windows};
-use overfly_core::tile::{WorldPixel, gsd_at};
+use overfly_core::registration::windows::{WindowMatch, WindowOptions};
 use overfly_store::StoreError;
 
-/// A place looked at closely.
+/// A coarse peak refined to a place.
 #[derive(Debug, Clone)]
-pub struct Refined {
-    /// The corrected pose, in the finest level's pixels.
-    pub pose: Pose,
-    /// The last correction: its covariance and windows.
+pub struct RefinedPlace {
+    /// The corrected pose, in pixels of the level of the last pass.
+    pub pose: CameraPose,
+    /// The correction of the last pass: its covariance and agreeing windows.
     pub fit: WindowFit,
     /// Windows that held structure in the last pass.
     pub windows: usize,
-    /// log10 of the number of accidental agreements to expect among the places looked at.
-    pub log10_accidents: f64,
+    /// log10 of the number of such agreements expected by chance among the places refined.
+    pub log10_window_false_alarms: f64,
+    /// The last pass, and the pose that it started from.
+    pub last_pass: (Pass, CameraPose),
+    /// The coarse peak that was refined.
+    pub peak: CoarsePeak,
 }
 
-impl Refined {
-    /// Whether so little agreed at first sight that nothing was refined.
+impl RefinedPlace {
+    /// Whether so few windows agreed in the first pass that no further pass was made.
     pub fn is_hopeless(&self) -> bool {
-        self.log10_accidents > HOPELESS_LOG10_ACCIDENTS
+        self.log10_window_false_alarms > HOPELESS_LOG10_FALSE_ALARMS
+    }
+
+    fn is_same_place(&self, other: &Self) -> bool {
+        let (a, b) = (self.pose.nadir, other.pose.nadir);
+        (a.x_px - b.x_px).hypot(a.y_px - b.y_px) < SAME_PLACE_PX
     }
 }
 
 /// One pass over the windows of one level.
-#[derive(Debug, Clone, Copy)]
-struct Pass {
-    zoom: u8,
-    radius_px: usize,
-    step_px: usize,
-    tolerance_px: f64,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pass {
+    /// Zoom of the level.
+    pub zoom: u8,
+    /// Search radius of a window, pixels.
+    pub radius_px: usize,
+    /// Step of the search, pixels.
+    pub step_px: usize,
+    /// Largest residual of an agreeing window, pixels.
+    pub tolerance_px: f64,
 }
 
-/// Search radius at the first level: covers the coarse search's steps in place, heading and scale.
+impl Pass {
+    /// The last pass, at the finest level.
+    pub fn last(finest: u8) -> Self {
+        Self { zoom: finest, radius_px: LAST_RADIUS_PX, step_px: 2, tolerance_px: LAST_TOLERANCE_PX }
+    }
+
+    /// Matches the windows of an observation.
+    pub fn match_windows(&self, observation: &Observation) -> Vec<WindowMatch> {
+        let size_px = observation.window_size_px;
+        let Self { radius_px, step_px, .. } = *self;
+        observation.match_windows(&WindowOptions { size_px, stride_px: size_px, radius_px, step_px })
+    }
+
+    /// The similarity that most windows agree on, around the nadir of the observation.
+    pub fn fit(&self, windows: &[WindowMatch], observation: &Observation) -> Option<WindowFit> {
+        let options =
+            WindowFitOptions { tolerance_px: self.tolerance_px, max_growth: MAX_GROWTH, max_turn_rad: MAX_TURN_RAD };
+        fit_windows(windows, observation.view.grid.nadir_px, &options)
+    }
+}
+
+/// Coarse peaks that are refined.
+const REFINED_PEAKS: usize = 5;
+/// Where the windows of one place agree by chance less often than this, peaks that are no rivals are skipped.
+const SURE_LOG10_FALSE_ALARMS: f64 = -6.0;
+/// A peak of at least this share of the highest is a rival, whatever the windows say.
+const RIVAL_SHARE: f64 = 0.6;
+/// Places nearer than this at the same level are one place, pixels.
+const SAME_PLACE_PX: f64 = 6.0;
+/// Search radius at the first level: covers the coarse search's steps in position, heading and scale.
 const ENTRY_RADIUS_PX: usize = 8;
-/// Search radius at the levels below, where the place is known to a pixel or two.
+/// Search radius at the following levels, where the position is known to a pixel or two.
 const FOLLOWING_RADIUS_PX: usize = 4;
-/// Search radius of the last pass, where only chance would lead far: the wider, the more an agreement proves.
+/// Search radius of the last pass. Only windows at a wrong place are found far away: the wider the search, the more an agreement
+/// proves.
 const LAST_RADIUS_PX: usize = 8;
 const ENTRY_TOLERANCE_PX: f64 = 2.0;
 const LAST_TOLERANCE_PX: f64 = 1.25;
-/// Where the windows of the first pass agree no better than this, there is nothing to refine. Over the right place they
-/// were seen at 10^-2 at most, over wrong ones at 10^3 at least.
-const HOPELESS_LOG10_ACCIDENTS: f64 = 2.5;
-/// Bounds on one pass's growth and turn (radians).
+/// Where the windows of the first pass agree no better than this, the place is not refined. At right places 10^-2 at most was
+/// seen, at wrong ones 10^3 at least.
+const HOPELESS_LOG10_FALSE_ALARMS: f64 = 2.5;
+/// Bounds on growth (ratio) and turn (radians) of one pass.
 const MAX_GROWTH: f64 = 0.12;
 const MAX_TURN_RAD: f64 = 0.14;
 
-/// Refines `start` down to `finest`, or, where nothing agrees at first sight, no further than that. `frame` must be prepared for every level between. `None` where the windows do
-/// not agree on anything.
+/// Refines the best coarse peaks to distinct places.
 ///
 /// # Errors
-/// Where the store cannot give a tile.
-pub fn refine(
+/// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
+pub fn refine_peaks(
+    context: &SearchContext<'_>,
     map: &Map<'_>,
-    frame: &Frame<'_>,
-    start: Pose,
-    finest: u8,
-    places: f64,
-) -> Result<Option<Refined>, StoreError> {
-    let mut pose = start;
+    prepared: &PreparedFrame<'_>,
+    coarse: &CoarsePeaks,
+) -> Result<Vec<RefinedPlace>, LocateError> {
+    let mut found: Vec<RefinedPlace> = Vec::new();
+    let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
+    for peak in coarse.peaks.iter().take(REFINED_PEAKS) {
+        context.cancellation.check()?;
+        let is_sure = found.iter().any(|r| r.log10_window_false_alarms < SURE_LOG10_FALSE_ALARMS);
+        if is_sure && peak.statistic < RIVAL_SHARE * highest {
+            break;
+        }
+        let refined = refine(map, prepared, *peak)?;
+        found.extend(refined.filter(|r| !found.iter().any(|other| other.is_same_place(r))));
+    }
+    Ok(found)
+}
+
+/// Refines a peak down to the finest level, or ends after the first pass where too few windows agree. `None` where the windows
+/// agree on no similarity.
+fn refine(map: &Map<'_>, prepared: &PreparedFrame<'_>, peak: CoarsePeak) -> Result<Option<RefinedPlace>, StoreError> {
+    let mut pose = peak.pose;
     let mut refined = None;
-    for pass in passes(start.zoom, finest) {
-        pose = pose.at_zoom(pass.zoom);
-        let Some(looked) = look(map, frame, &pose, pass.radius_px)? else { return Ok(None) };
-        let size_px = window_size(frame, looked.gsd_m_per_px / pose.height_ratio);
-        let layout = WindowOptions { size_px, stride_px: size_px, radius_px: pass.radius_px, step_px: pass.step_px };
-        let windows = match_windows(&looked.view, &looked.ground, [pass.radius_px as isize; 2], &layout);
-        let options =
-            WindowFitOptions { tolerance_px: pass.tolerance_px, max_growth: MAX_GROWTH, max_turn_rad: MAX_TURN_RAD };
-        let Some(fit) = fit_windows(&windows, looked.pivot_px, &options) else { return Ok(None) };
+    for pass in passes(peak.pose.zoom, prepared.levels.finest) {
+        let start = pose.at_zoom(pass.zoom);
+        let Some(observation) = Observation::new(map, &prepared.frame, &start, pass.radius_px)? else {
+            return Ok(None);
+        };
+        let windows = pass.match_windows(&observation);
+        let Some(fit) = pass.fit(&windows, &observation) else { return Ok(None) };
         if fit.inliers.len() < 3 {
             return Ok(None);
         }
-        pose = pose.corrected(&fit.map_from_view);
-        let found = assess(pose, fit, &windows, &pass, places);
-        if refined.is_none() && found.is_hopeless() {
-            return Ok(Some(found));
+        pose = start.corrected(&fit.map_from_view);
+        let place = RefinedPlace {
+            pose,
+            windows: windows.len(),
+            log10_window_false_alarms: log10_false_alarms(&fit, &windows, &pass),
+            fit,
+            last_pass: (pass, start),
+            peak,
+        };
+        if refined.is_none() && place.is_hopeless() {
+            return Ok(Some(place));
         }
-        refined = Some(found);
+        refined = Some(place);
     }
     Ok(refined)
 }
 
-/// How high the whole view stands above its surroundings at a refined place, standard deviations.
-///
-/// # Errors
-/// Where the store cannot give a tile.
-pub fn peak_z_score_of(map: &Map<'_>, frame: &Frame<'_>, refined: &Refined) -> Result<f64, StoreError> {
-    let looked = look(map, frame, &refined.pose, peak_z_score::REACH_PX)?;
-    let found = looked.and_then(|l| peak_z_score(&l.view, &l.ground, [peak_z_score::REACH_PX; 2]));
-    Ok(found.unwrap_or(0.0))
-}
-
-/// Levels from the one below the coarse search to the finest, which is passed over again.
+/// The passes from the level below the coarse search to the finest level, where a second pass follows.
 fn passes(coarse: u8, finest: u8) -> Vec<Pass> {
     let first = (coarse + 1).min(finest);
     let entry = move |zoom| {
         let radius_px = if zoom == first { ENTRY_RADIUS_PX } else { FOLLOWING_RADIUS_PX };
         Pass { zoom, radius_px, step_px: 1, tolerance_px: ENTRY_TOLERANCE_PX }
     };
-    let last = Pass { zoom: finest, radius_px: LAST_RADIUS_PX, step_px: 2, tolerance_px: LAST_TOLERANCE_PX };
-    (first..=finest).map(entry).chain([last]).collect()
+    (first..=finest).map(entry).chain([Pass::last(finest)]).collect()
 }
 
-/// A view through a pose and the map under it.
-struct Looked {
-    view: Structure,
-    ground: Structure,
-    /// The nadir in the view.
-    pivot_px: [f64; 2],
-    gsd_m_per_px: f64,
-}
-
-/// The frame through a pose, and the map that it should lie on with `margin_px` around.
-fn look(map: &Map<'_>, frame: &Frame<'_>, pose: &Pose, margin_px: usize) -> Result<Option<Looked>, StoreError> {
-    let Ok(place) = pose.nadir.to_geodetic(pose.zoom) else { return Ok(None) };
-    let gsd = gsd_at(place, pose.zoom);
-    let WorldPixel { x_px, y_px } = pose.nadir;
-    let fraction = [x_px - x_px.floor(), y_px - y_px.floor()];
-    let Some(view) = frame.view(pose.zoom, gsd, pose.heading_rad, pose.height_ratio, fraction) else {
-        return Ok(None);
-    };
-    let pivot_px = view.grid.nadir_px;
-    // The view's nadir and the pose's differ by whole pixels.
-    let window = PixelWindow {
-        zoom: pose.zoom,
-        left: (x_px - pivot_px[0]).round() as i64 - margin_px as i64,
-        top: (y_px - pivot_px[1]).round() as i64 - margin_px as i64,
-        width_px: view.grid.width_px + 2 * margin_px,
-        height_px: view.grid.height_px + 2 * margin_px,
-    };
-    let ground = map.window(&window)?;
-    let gsd_m_per_px = gsd.mean_m_per_px();
-    Ok(Some(Looked { view: structure_of(&view), ground, pivot_px, gsd_m_per_px }))
-}
-
-/// A sixth of the frame's edge, a multiple of 8 from 16 to 48 px.
-fn window_size(frame: &Frame<'_>, gsd_m_per_px: f64) -> usize {
-    let (w, h) = frame.camera().frame_size_px();
-    let edge_px = (f64::from(w) * f64::from(h)).sqrt() * frame.camera().gsd_m_per_px() / gsd_m_per_px;
-    ((edge_px / 6.0 / 8.0).round() as usize * 8).clamp(16, 48)
-}
-
-fn assess(pose: Pose, fit: WindowFit, windows: &[WindowMatch], pass: &Pass, places: f64) -> Refined {
-    let agreement = ConsensusCounts {
+fn log10_false_alarms(fit: &WindowFit, windows: &[WindowMatch], pass: &Pass) -> f64 {
+    a_contrario::log10_nfa(&ConsensusCounts {
         matches: windows.len(),
         inliers: fit.inliers.len(),
         chance: a_contrario::inlier_chance(pass.tolerance_px, pass.radius_px),
-        places,
-    };
-    Refined { pose, windows: windows.len(), log10_accidents: a_contrario::log10_nfa(&agreement), fit }
+        places: REFINED_PEAKS as f64,
+    })
 }

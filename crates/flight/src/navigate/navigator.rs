@@ -251,7 +251,7 @@ impl<'a> Navigator<'a> {
             // A region too large to search and a camera tilted too far give no fix; the flight goes on.
             Err(
                 LocateError::TooWide { .. }
-                | LocateError::NoRoom { .. }
+                | LocateError::MemoryLimit { .. }
                 | LocateError::Camera(CameraError::TooFarOffNadir { .. }),
             ) => {
                 return Ok(None);

@@ -3,7 +3,7 @@
 use overfly_core::feature::{CHANNEL_ONE, Structure};
 use overfly_core::pixels::{Colour, Gray};
 
-/// A gray image as it is.
+/// A gray image in colour.
 pub fn gray(gray: &Gray) -> Colour {
     let values = gray.values().iter().flat_map(|v| [v.round().clamp(0.0, 255.0) as u8; 3]).collect();
     Colour::from_values(gray.width_px(), gray.height_px(), values).expect("three values a pixel")

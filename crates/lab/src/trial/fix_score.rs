@@ -173,7 +173,6 @@ pub(crate) mod tests {
                     nominal_count: 4.0,
                     map_epoch: None,
                     time_s: None,
-                    elapsed_ms: 10.0,
                 })
             }
             None => Answer::NoFix(NoFix {
@@ -184,7 +183,6 @@ pub(crate) mod tests {
                 tiles_searched: 9,
                 nominal_count: 4.0,
                 time_s: None,
-                elapsed_ms: 12.0,
             }),
         };
         FixOutcome { image: "a.png".into(), truth, prior: truth, answer, error, elapsed_ms: 10.0, decode_ms: 1.0 }

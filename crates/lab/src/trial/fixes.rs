@@ -101,7 +101,7 @@ impl FixTrial {
         let asked = Instant::now();
         let answer = locate(store, &pixels, &request, self.threads)
             .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
-            .in_pixels_of(reduction);
+            .for_original(reduction);
         let elapsed_ms = milliseconds(asked);
         let error = match &answer {
             Answer::Fix(fix) => Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)

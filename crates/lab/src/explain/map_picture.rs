@@ -1,32 +1,39 @@
-//! `Ground`: the map under a view.
+//! `MapPicture`: the colours of the map in a window of a level.
 
-use overfly_core::feature::Structure;
-use overfly_core::pixels::{Colour, Mask};
+use overfly_core::pixels::Colour;
 use overfly_core::tile::{TILE_SIZE_PX, TileId};
+use overfly_flight::locate::PixelWindow;
 use overfly_store::{Layer, Reader, StoreError};
 
-/// A window of a level.
-pub struct Ground {
-    /// World pixel of its upper-left corner.
-    pub corner: [i64; 2],
-    /// Gray where there is no map.
+/// Map drawn beyond a window on every side, pixels.
+const MARGIN_PX: usize = 16;
+/// Gray level where there is no map.
+const NO_MAP: u8 = 128;
+
+/// A window of the map in colour, with a margin.
+pub struct MapPicture {
+    /// The pixels; gray where there is no map.
     pub colour: Colour,
-    /// What is compared of it.
-    pub structure: Structure,
+    /// World pixel of the upper-left corner.
+    pub corner: [i64; 2],
 }
 
-impl Ground {
-    /// Columns and rows `size` from `corner` on.
-    pub fn of(store: &Reader, layer: &Layer, zoom: u8, corner: [i64; 2], size: [usize; 2]) -> Result<Self, StoreError> {
+impl MapPicture {
+    /// Reads the tiles of a window and a margin around.
+    ///
+    /// # Errors
+    /// Where a tile cannot be read.
+    pub fn read(store: &Reader, layer: &Layer, window: PixelWindow) -> Result<Self, StoreError> {
+        let size = [window.width_px, window.height_px].map(|n| n + 2 * MARGIN_PX);
+        let corner = [window.left, window.top].map(|v| v - MARGIN_PX as i64);
         let mut colour = Colour::black(size[0], size[1]);
-        colour.values_mut().fill(128);
-        let mut mask = Mask::filled(size[0], size[1], false);
+        colour.values_mut().fill(NO_MAP);
         let edge = i64::from(TILE_SIZE_PX);
         let tiles =
             |axis: usize| corner[axis].div_euclid(edge)..=(corner[axis] + size[axis] as i64 - 1).div_euclid(edge);
         for (row, column) in tiles(1).flat_map(|r| tiles(0).map(move |c| (r, c))) {
             let id = u32::try_from(column).ok().zip(u32::try_from(row).ok());
-            let Some(Ok(id)) = id.map(|(c, r)| TileId::new(zoom, c, r)) else { continue };
+            let Some(Ok(id)) = id.map(|(c, r)| TileId::new(window.zoom, c, r)) else { continue };
             let Some(tile) = store.tile(layer, id)? else { continue };
             let inside = |from: i64, axis: usize| {
                 (from.max(corner[axis]) - corner[axis]) as usize
@@ -38,12 +45,10 @@ impl Ground {
                     let ty = (y as i64 + corner[1] - row * edge) as usize;
                     if tile.mask.at(tx, ty) {
                         colour.set(x, y, tile.colour.at(tx, ty));
-                        mask.set(x, y, true);
                     }
                 }
             }
         }
-        let structure = Structure::new(&colour.to_gray(), &mask);
-        Ok(Self { corner, colour, structure })
+        Ok(Self { colour, corner })
     }
 }

@@ -1,0 +1,140 @@
+//! `locate`: one absolute registration, as a chain of values: prepared frame, coarse peaks, refined places, verdict, answer.
+
+use super::answer::Answer;
+use super::answering::{SearchSize, answer, no_fix};
+use super::cancellation::CancellationToken;
+use super::coarse_peaks::CoarsePeaks;
+use super::error::LocateError;
+use super::map::Map;
+use super::prepare::PreparedFrame;
+use super::refine::refine_peaks;
+use super::refusal::EarlyEnd;
+use super::request::FixRequest;
+use super::search_context::SearchContext;
+use super::search_steps::SearchSteps;
+use super::trace::Trace;
+use super::verify::{Verdict, Verifier};
+use overfly_core::camera::Camera;
+use overfly_core::pixels::Gray;
+use overfly_store::Reader;
+
+/// Locates a frame on a layer: a fix, or no fix and why. `threads` bounds the parallelism; it does not change the answer.
+///
+/// # Errors
+/// [`LocateError`] where the request or the store cannot be used. "No fix" is an answer.
+///
+/// # Example
+/// ```no_run
+/// use overfly_core::camera::View;
+/// use overfly_flight::frame::read_frame;
+/// use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+///
+/// let store = overfly_store::Reader::open(std::path::Path::new("map.gpkg"))?;
+/// let frame = read_frame(std::path::Path::new("frame.jpg"))?;
+/// let request = FixRequest {
+///     layer: "ortho".into(),
+///     position: PositionPrior::from_degrees(48.4915, 15.616, [200.0, 200.0], 0.0)?,
+///     heading: Some(HeadingPrior::from_degrees(271.6, 3.0)?),
+///     view: View::Nadir { gsd_m_per_px: 1.25 },
+///     scale_sigma_ratio: 0.03,
+///     time_s: None,
+/// };
+/// match locate(&store, &frame, &request, 2)? {
+///     Answer::Fix(fix) => println!("{:?}", fix),
+///     Answer::NoFix(no_fix) => println!("{:?}: {}", no_fix.reason, no_fix.detail),
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn locate(store: &Reader, frame: &Gray, request: &FixRequest, threads: usize) -> Result<Answer, LocateError> {
+    locate_cancellable(store, frame, request, threads, &CancellationToken::new())
+}
+
+/// As [`locate`], until `cancellation` is cancelled. The token is checked between pieces of work of about a second.
+///
+/// # Errors
+/// As [`locate`], and [`LocateError::Cancelled`].
+pub fn locate_cancellable(
+    store: &Reader,
+    frame: &Gray,
+    request: &FixRequest,
+    threads: usize,
+    cancellation: &CancellationToken,
+) -> Result<Answer, LocateError> {
+    request.check()?;
+    let layer = store.layer(&request.layer)?;
+    let context = SearchContext { store, layer, request, threads, cancellation };
+    Ok(register(&context, frame)?.answer)
+}
+
+/// As [`locate`], with a trace of the search: levels, peaks, windows and decision. The trace costs one more observation of the
+/// frame and one more correlation of the coarse search.
+///
+/// # Errors
+/// As [`locate`].
+pub fn locate_traced(
+    store: &Reader,
+    frame: &Gray,
+    request: &FixRequest,
+    threads: usize,
+) -> Result<(Answer, Trace), LocateError> {
+    request.check()?;
+    let layer = store.layer(&request.layer)?;
+    let cancellation = CancellationToken::new();
+    let context = SearchContext { store, layer, request, threads, cancellation: &cancellation };
+    let registration = register(&context, frame)?;
+    let trace = match &registration.search {
+        Some((prepared, search)) => {
+            Trace::new(&context, prepared, &search.peaks, search.verdict.as_ref(), search.is_wide)?
+        }
+        None => Trace::default(),
+    };
+    Ok((registration.answer, trace))
+}
+
+/// An answer, and the values of the search that led to it.
+struct Registration<'a> {
+    answer: Answer,
+    /// `None` where the registration ended before its search.
+    search: Option<(PreparedFrame<'a>, Search)>,
+}
+
+/// The values of a search.
+struct Search {
+    peaks: CoarsePeaks,
+    /// `None` where there was no step to search.
+    verdict: Option<Verdict>,
+    /// Whether a wide search over cells was made.
+    is_wide: bool,
+}
+
+fn register<'a>(context: &SearchContext<'a>, frame: &'a Gray) -> Result<Registration<'a>, LocateError> {
+    let camera = Camera::new(&context.request.view, frame.width_px() as u32, frame.height_px() as u32)?;
+    let size = SearchSize::new(context, &camera);
+    let prepared = match PreparedFrame::new(context, frame, camera) {
+        Ok(prepared) => prepared,
+        Err(EarlyEnd::Error(error)) => return Err(error),
+        Err(EarlyEnd::NoFix(refusal)) => {
+            return Ok(Registration { answer: no_fix(context, size, &refusal, None), search: None });
+        }
+    };
+    let search = search(context, &prepared)?;
+    let size = SearchSize { tiles_searched: prepared.tiles_searched, ..size };
+    let answer = answer(context, prepared.frame.camera(), size, search.verdict.as_ref())?;
+    Ok(Registration { answer, search: Some((prepared, search)) })
+}
+
+/// Searches step by step, the likeliest headings, scales and places first, until a fix is sure.
+fn search<'a>(context: &SearchContext<'a>, prepared: &PreparedFrame<'a>) -> Result<Search, LocateError> {
+    let steps = SearchSteps::plan(context, prepared)?;
+    let map = Map::new(context.store, context.layer);
+    let verifier = Verifier { map: &map, prepared, request: context.request };
+    let (mut peaks, mut verdict) = (CoarsePeaks::default(), None);
+    for step in 0..steps.len() {
+        peaks = steps.search(step, peaks, context, &map, prepared)?;
+        let refined = refine_peaks(context, &map, prepared, &peaks)?;
+        if verdict.insert(verifier.verify(&peaks, refined)?).is_sure() {
+            break;
+        }
+    }
+    Ok(Search { peaks, verdict, is_wide: steps.is_wide() })
+}

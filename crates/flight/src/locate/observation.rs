@@ -1,0 +1,86 @@
+//! `Observation`: the frame seen through a pose, and the map under it.
+
+use super::camera_pose::CameraPose;
+use super::frame_pyramid::{FramePyramid, structure_of};
+use super::map::{Map, PixelWindow};
+use overfly_core::camera::GroundView;
+use overfly_core::feature::Structure;
+use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
+use overfly_core::registration::windows::{WindowMatch, WindowOptions, match_windows};
+use overfly_core::tile::{Gsd, WorldPixel, gsd_at};
+use overfly_store::StoreError;
+
+/// A ground view of the frame through a pose, and the map that it should lie on.
+pub struct Observation {
+    /// The ground view.
+    pub view: GroundView,
+    /// The structural channels of the view.
+    pub view_structure: Structure,
+    /// The window of the map: the view and `margin_px` around.
+    pub window: PixelWindow,
+    /// The structural channels of the map there.
+    pub map_structure: Structure,
+    /// Pixels of map beyond the view on every side.
+    pub margin_px: usize,
+    /// Ground sample distance at the pose.
+    pub gsd: Gsd,
+    /// Edge of the windows that are matched, pixels.
+    pub window_size_px: usize,
+}
+
+impl Observation {
+    /// Renders the frame through a pose and reads the map there, `margin_px` around the view. `None` beyond the tile matrix and
+    /// where the frame sees the horizon.
+    ///
+    /// # Errors
+    /// Where a tile cannot be read.
+    pub fn new(
+        map: &Map<'_>,
+        frame: &FramePyramid<'_>,
+        pose: &CameraPose,
+        margin_px: usize,
+    ) -> Result<Option<Self>, StoreError> {
+        let Ok(place) = pose.nadir.to_geodetic(pose.zoom) else { return Ok(None) };
+        let gsd = gsd_at(place, pose.zoom);
+        let WorldPixel { x_px, y_px } = pose.nadir;
+        let fraction = [x_px - x_px.floor(), y_px - y_px.floor()];
+        let Some(view) = frame.view(pose.zoom, gsd, pose.heading_rad, pose.height_ratio, fraction) else {
+            return Ok(None);
+        };
+        let nadir_px = view.grid.nadir_px;
+        // The view's nadir and the pose's differ by whole pixels.
+        let window = PixelWindow {
+            zoom: pose.zoom,
+            left: (x_px - nadir_px[0]).round() as i64 - margin_px as i64,
+            top: (y_px - nadir_px[1]).round() as i64 - margin_px as i64,
+            width_px: view.grid.width_px + 2 * margin_px,
+            height_px: view.grid.height_px + 2 * margin_px,
+        };
+        let map_structure = map.window(&window)?;
+        let window_size_px = window_size_px(frame, gsd.mean_m_per_px() / pose.height_ratio);
+        let view_structure = structure_of(&view);
+        Ok(Some(Self { view, view_structure, window, map_structure, margin_px, gsd, window_size_px }))
+    }
+
+    /// Matches local windows of the view with the map.
+    pub fn match_windows(&self, options: &WindowOptions) -> Vec<WindowMatch> {
+        match_windows(&self.view_structure, &self.map_structure, [self.margin_px as isize; 2], options)
+    }
+}
+
+/// The z-score of the whole view's correlation at a pose among places around it; 0 where it cannot be compared.
+///
+/// # Errors
+/// Where a tile cannot be read.
+pub fn peak_z_score_at(map: &Map<'_>, frame: &FramePyramid<'_>, pose: &CameraPose) -> Result<f64, StoreError> {
+    let observation = Observation::new(map, frame, pose, REACH_PX)?;
+    let found = observation.and_then(|o| peak_z_score(&o.view_structure, &o.map_structure, [REACH_PX; 2]));
+    Ok(found.unwrap_or(0.0))
+}
+
+/// A sixth of the frame's edge, a multiple of 8 from 16 to 48 pixels.
+fn window_size_px(frame: &FramePyramid<'_>, gsd_m_per_px: f64) -> usize {
+    let (w, h) = frame.camera().frame_size_px();
+    let edge_px = (f64::from(w) * f64::from(h)).sqrt() * frame.camera().gsd_m_per_px() / gsd_m_per_px;
+    ((edge_px / 6.0 / 8.0).round() as usize * 8).clamp(16, 48)
+}

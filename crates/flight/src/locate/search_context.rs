@@ -1,0 +1,20 @@
+//! `SearchContext`: what every stage of one registration reads.
+
+use super::cancellation::CancellationToken;
+use super::request::FixRequest;
+use overfly_store::{Layer, Reader};
+
+/// The inputs of one registration besides the frame.
+#[derive(Clone, Copy)]
+pub struct SearchContext<'a> {
+    /// The store to search.
+    pub store: &'a Reader,
+    /// The layer to search.
+    pub layer: &'a Layer,
+    /// The request.
+    pub request: &'a FixRequest,
+    /// Threads that the search may use; their number does not change the answer.
+    pub threads: usize,
+    /// Ends the search early.
+    pub cancellation: &'a CancellationToken,
+}

@@ -1,0 +1,154 @@
+//! `Verifier`: the fourth stage of a registration. Decides whether the best of the refined places is where the frame lies.
+
+use super::answer::Reason;
+use super::coarse_peaks::CoarsePeaks;
+use super::map::Map;
+use super::observation::peak_z_score_at;
+use super::prepare::PreparedFrame;
+use super::refine::RefinedPlace;
+use super::refusal::Refusal;
+use super::request::FixRequest;
+use overfly_core::registration::a_contrario;
+use overfly_store::StoreError;
+use std::f64::consts::{PI, TAU};
+
+/// A fix is accepted where less than one false alarm is expected in 10^6 searches of its size.
+const MAX_LOG10_FALSE_ALARMS: f64 = -6.0;
+/// A fix this sure among the likely headings and scales ends the search.
+const SURE_LOG10_FALSE_ALARMS: f64 = -15.0;
+/// A second place with this much evidence makes the first ambiguous.
+const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
+/// Number of refined places whose whole view is compared.
+const VERIFIED_PLACES: usize = 2;
+/// A fix needs at least this many agreeing windows.
+const MIN_INLIERS: usize = 4;
+
+/// The decision on the places found so far.
+pub struct Verdict {
+    /// `None` where the best of `places` is a fix, or why it is not.
+    pub refusal: Option<Refusal>,
+    /// The verified places, best first.
+    pub places: Vec<VerifiedPlace>,
+    /// The refined places that were not verified.
+    pub unverified: Vec<RefinedPlace>,
+    /// Score of the best place in standard deviations, where there is a place or a peak.
+    pub score: Option<f64>,
+    /// log10 of the false alarms expected at the best place: [`VerifiedPlace::log10_false_alarms`], or of its windows alone.
+    pub log10_false_alarms: Option<f64>,
+}
+
+/// A refined place with all its evidence.
+#[derive(Debug, Clone)]
+pub struct VerifiedPlace {
+    /// The place and its windows.
+    pub refined: RefinedPlace,
+    /// z-score of the whole view's correlation peak.
+    pub peak_z_score: f64,
+    /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
+    /// windows, which at a wrong place are almost independent.
+    pub log10_false_alarms: f64,
+}
+
+impl Verdict {
+    /// The best place, where it is a fix.
+    pub fn fix(&self) -> Option<&VerifiedPlace> {
+        self.places.first().filter(|_| self.refusal.is_none())
+    }
+
+    /// Whether the place is a fix so sure that nothing still to be searched could change it.
+    pub fn is_sure(&self) -> bool {
+        self.fix().is_some_and(|place| place.log10_false_alarms <= SURE_LOG10_FALSE_ALARMS)
+    }
+}
+
+/// Verifies refined places.
+pub struct Verifier<'a> {
+    /// The map of the layer.
+    pub map: &'a Map<'a>,
+    /// The frame.
+    pub prepared: &'a PreparedFrame<'a>,
+    /// The request, whose scale and heading a fix must not contradict.
+    pub request: &'a FixRequest,
+}
+
+impl Verifier<'_> {
+    /// Decides on the refined places among the peaks of the coarse search.
+    ///
+    /// # Errors
+    /// Where a tile cannot be read.
+    pub fn verify(&self, coarse: &CoarsePeaks, refined: Vec<RefinedPlace>) -> Result<Verdict, StoreError> {
+        let (hopeless, mut hopeful): (Vec<_>, Vec<_>) = refined.into_iter().partition(RefinedPlace::is_hopeless);
+        hopeful.sort_by(|a, b| a.log10_window_false_alarms.total_cmp(&b.log10_window_false_alarms));
+        let mut unverified = hopeful.split_off(VERIFIED_PLACES.min(hopeful.len()));
+        let mut places = Vec::new();
+        for refined in hopeful {
+            places.push(self.verified(coarse, refined)?);
+        }
+        places.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
+        let least_hopeless = hopeless.iter().map(|r| r.log10_window_false_alarms).reduce(f64::min);
+        unverified.extend(hopeless);
+        let (refusal, score, log10_false_alarms) = match (coarse.peaks.first(), places.first()) {
+            (None, _) => {
+                let detail = "nothing in the frame or the region can be compared";
+                (Some(Refusal::new(Reason::TooLittleStructure, detail)), None, None)
+            }
+            (Some(peak), None) => {
+                let refusal = Refusal::new(Reason::TooFewAgreeingWindows, "no windows agree on a similarity");
+                (Some(refusal), Some(coarse.z_score(peak.statistic)), least_hopeless)
+            }
+            (Some(_), Some(best)) => {
+                let refusal = self.refusal(best, places.get(1));
+                (refusal, Some(best.peak_z_score), Some(best.log10_false_alarms))
+            }
+        };
+        Ok(Verdict { refusal, places, unverified, score, log10_false_alarms })
+    }
+
+    fn verified(&self, coarse: &CoarsePeaks, refined: RefinedPlace) -> Result<VerifiedPlace, StoreError> {
+        let peak_z_score = peak_z_score_at(self.map, &self.prepared.frame, &refined.pose)?;
+        let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
+        let log10_false_alarms = by_chance + refined.log10_window_false_alarms;
+        Ok(VerifiedPlace { refined, peak_z_score, log10_false_alarms })
+    }
+
+    /// Why the best place is not a fix; `None` where it is.
+    fn refusal(&self, best: &VerifiedPlace, second: Option<&VerifiedPlace>) -> Option<Refusal> {
+        let too_few = best.refined.fit.inliers.len() < MIN_INLIERS;
+        if too_few || best.log10_false_alarms > MAX_LOG10_FALSE_ALARMS {
+            let detail = format!(
+                "{} of {} windows agree, the correlation peak has a z-score of {:.1}; 10^{:.1} such places are expected by chance, a fix needs at most 10^{MAX_LOG10_FALSE_ALARMS} and at least {MIN_INLIERS} windows",
+                best.refined.fit.inliers.len(),
+                best.refined.windows,
+                best.peak_z_score,
+                best.log10_false_alarms
+            );
+            return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
+        }
+        if let Some(second) = second.filter(|s| s.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS) {
+            let detail = format!(
+                "a second place agrees as well: 10^{:.1} and 10^{:.1} such places are expected by chance",
+                best.log10_false_alarms, second.log10_false_alarms
+            );
+            return Some(Refusal::new(Reason::Ambiguous, detail));
+        }
+        self.inconsistency(&best.refined)
+    }
+
+    fn inconsistency(&self, best: &RefinedPlace) -> Option<Refusal> {
+        let off = best.pose.height_ratio.ln().abs();
+        let bound = 4.0 * self.request.scale_sigma_ratio + 0.02;
+        if off > bound {
+            let ratio = best.pose.height_ratio;
+            let detail =
+                format!("the scale found is {ratio:.3} of the stated scale, at most {bound:.3} off is accepted");
+            return Some(Refusal::new(Reason::InconsistentScale, detail));
+        }
+        let prior = self.request.heading?;
+        let turn = (best.pose.heading_rad - prior.heading_rad + PI).rem_euclid(TAU) - PI;
+        let bound = 4.0 * prior.sigma_rad + 2f64.to_radians();
+        (turn.abs() > bound).then(|| {
+            let detail = format!("the heading found is {:.1} degrees off the stated heading", turn.to_degrees());
+            Refusal::new(Reason::InconsistentHeading, detail)
+        })
+    }
+}
