@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(found.precision.centre_px2[(0, 0)], 0.28089004381132);
         assert_eq!((found.inliers, found.in_overlap), (12, 330));
         assert!((found.log10_false_alarms + 18.719029568258915).abs() < 1e-9);
-        assert_eq!((found.search.method, found.search.trials, found.search.seed), (OPTIONS.method, 20_000, SEED));
+        assert_eq!((found.search.method, found.search.trials, found.search.seed), (OPTIONS.method, 6293, SEED));
 
         let found = find_consensus(&two_surfaces(67_890), &frames(), (0.4, 2.5)).unwrap();
         let t = Vector2::new(88.37821598225764, -32.89925538690858);

@@ -151,3 +151,106 @@ fn assess(observations: &impl Observations, model: Similarity, inliers: Vec<usiz
     let &Solution { pivot_px, cofactor, .. } = solution;
     RobustFit { model, inliers, pivot_px, cofactor, unit_variance, rms_px: (plain / values).sqrt() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix2;
+
+    /// Plain matches of points, all equally well known.
+    struct Points {
+        b: Vec<Vector2<f64>>,
+        a: Vec<Vector2<f64>>,
+    }
+
+    impl Observations for Points {
+        fn count(&self) -> usize {
+            self.b.len()
+        }
+
+        fn point(&self, index: usize) -> Vector2<f64> {
+            self.b[index]
+        }
+
+        fn observed(&self, index: usize) -> Vector2<f64> {
+            self.a[index]
+        }
+
+        fn information(&self, _index: usize) -> Matrix2<f64> {
+            Matrix2::identity()
+        }
+
+        fn residual(&self, index: usize, model: &Similarity) -> Vector2<f64> {
+            self.a[index] - model.apply(self.b[index])
+        }
+
+        fn is_admissible(&self, _index: usize, _model: &Similarity) -> bool {
+            true
+        }
+
+        fn is_plausible(&self, _model: &Similarity) -> bool {
+            true
+        }
+
+        fn score(&self, model: &Similarity, tolerance_px: f64) -> Score {
+            Score { inliers: select(self, model, tolerance_px).len(), cost: 0.0 }
+        }
+    }
+
+    fn truth() -> Similarity {
+        Similarity::about(0.8, -0.4, Vector2::new(100.0, 100.0), Vector2::new(130.0, 90.0))
+    }
+
+    /// The first `right` of `count` matches obey the truth.
+    fn points(right: usize, count: usize) -> Points {
+        let mut draw = Xorshift::new(5);
+        let mut point = || Vector2::new(draw.below(2000) as f64 / 10.0, draw.below(2000) as f64 / 10.0);
+        let b: Vec<_> = (0..count).map(|_| point()).collect();
+        let a = (0..count).map(|i| if i < right { truth().apply(b[i]) } else { point() }).collect();
+        Points { b, a }
+    }
+
+    fn options(method: HypothesisMethod) -> EstimatorOptions {
+        EstimatorOptions {
+            method,
+            tolerance_px: 0.5,
+            min_base_px: 5.0,
+            rounds: 4,
+            min_kept: 0,
+            ending: Ending::Fit,
+            pivot_px: None,
+            prior: None,
+        }
+    }
+
+    const RANSAC: HypothesisMethod = HypothesisMethod::Ransac { max_trials: 1000, miss_probability: 1e-6 };
+
+    #[test]
+    fn both_methods_find_the_same_similarity() {
+        let points = points(40, 100);
+        let (all, by_all) = estimate(&points, &options(HypothesisMethod::AllPairs), 1).unwrap();
+        let (drawn, by_draws) = estimate(&points, &options(RANSAC), 1).unwrap();
+        assert!((all.model.t - truth().t).norm() < 1e-9 && (all.model.c - 0.8).abs() < 1e-12);
+        assert_eq!((all.model, &all.inliers), (drawn.model, &drawn.inliers));
+        assert!((0..40).all(|i| all.inliers.contains(&i)) && all.rms_px < 0.5);
+        assert_eq!((by_all.method, by_all.trials), (HypothesisMethod::AllPairs, 4950));
+        // 0.4^2 of the pairs are right: ln(1e-6) / ln(1 - 0.16) = 79.2.
+        assert_eq!((by_draws.method, by_draws.trials, by_draws.seed), (RANSAC, 80, 1));
+    }
+
+    #[test]
+    fn few_matches_are_tried_in_all_pairs_and_one_match_gives_nothing() {
+        let (_, report) = estimate(&points(5, 7), &options(RANSAC), 9).unwrap();
+        assert_eq!((report.method, report.trials), (HypothesisMethod::AllPairs, 21));
+        assert!(estimate(&points(1, 1), &options(RANSAC), 9).is_none());
+        assert!(estimate(&points(0, 0), &options(RANSAC), 9).is_none());
+    }
+
+    #[test]
+    fn exact_matches_have_no_variance_and_two_have_no_freedom() {
+        let (fit, _) = estimate(&points(9, 9), &options(HypothesisMethod::AllPairs), 1).unwrap();
+        assert!(fit.unit_variance < 1e-20);
+        let (fit, _) = estimate(&points(2, 2), &options(HypothesisMethod::AllPairs), 1).unwrap();
+        assert_eq!(fit.unit_variance, f64::INFINITY);
+    }
+}
