@@ -1,12 +1,13 @@
-//! Makes a store as large as one likes, exported and sealed as the aircraft takes it along: the drawn landscape of `tiles/` in its
-//! place, and around it blocks of its tiles, every one mirrored, so that no frame of the landscape has a second place.
+//! Makes a store of any size, exported and sealed as for the aircraft: the drawn landscape of `tiles/` in its place,
+//! surrounded by blocks of its tiles, every one mirrored, so that no frame of the landscape has a second place.
 //!
 //! ```sh
 //! cargo run --release -p overfly-testkit --example big_store -- --gigabytes 10 --out big.gpkg --scratch /dev/shm
 //! ```
 //!
-//! Pixels, descriptors, cells and overviews are the project's own, computed once for some hundred distinct tiles; they stand under
-//! 130,000 names in a store of 10 GB. The same size gives the same store. `--scratch` holds as many bytes again while it works.
+//! Pixels, descriptors, cells and overviews are the project's own, computed once for some hundred distinct tiles,
+//! which stand under 130,000 names in a store of 10 GB. The same size gives the same store. `--scratch` needs as many
+//! bytes again.
 
 use anyhow::{Context, ensure};
 use clap::Parser;
@@ -27,7 +28,7 @@ use std::path::{Path, PathBuf};
 /// Makes a large store.
 #[derive(Parser)]
 struct Args {
-    /// Its size, about.
+    /// Approximate size.
     #[arg(long, default_value_t = 10.0)]
     gigabytes: f64,
     /// The file to write.
@@ -45,7 +46,7 @@ const LAYER: &str = "ortho";
 /// Base tiles along a block's edge: a block is one tile three levels up.
 const BLOCK: u32 = 8;
 const LEVELS: u8 = 3;
-/// Blocks that differ.
+/// Number of different blocks.
 const BLOCKS: usize = 16;
 const SIZE_PX: usize = TILE_SIZE_PX as usize;
 
@@ -135,7 +136,7 @@ fn block(
     Ok(placed)
 }
 
-/// A tile seen in a mirror, then turned by quarters.
+/// Mirrors a tile, then turns it by quarters.
 fn turned_mirror(tile: &MaskedColour, quarters: usize) -> MaskedColour {
     let mut out = whole();
     let last = SIZE_PX - 1;
@@ -150,7 +151,7 @@ fn whole() -> MaskedColour {
     MaskedColour { colour: Colour::black(SIZE_PX, SIZE_PX), mask: Mask::filled(SIZE_PX, SIZE_PX, true) }
 }
 
-/// One tile of four, each pixel the mean of two by two.
+/// Makes one tile of four; each pixel is the mean of two by two.
 fn halved(four: [&MaskedColour; 4]) -> MaskedColour {
     let mut out = whole();
     let half = SIZE_PX / 2;
@@ -164,7 +165,7 @@ fn halved(four: [&MaskedColour; 4]) -> MaskedColour {
     out
 }
 
-/// Writes the landscape and blocks around it until the store has about so many bytes; returns its tiles.
+/// Writes the landscape and blocks around it until the store has about `bytes` bytes; returns the number of tiles.
 fn write(path: &Path, landscape: &Reader, blocks: &[Vec<BlockTile>], bytes: u64) -> anyhow::Result<u64> {
     let layer = landscape.layer(LAYER)?;
     let declaration = Declaration {
@@ -200,10 +201,10 @@ fn write(path: &Path, landscape: &Reader, blocks: &[Vec<BlockTile>], bytes: u64)
     writer.finish(&|_| true)?.context("a store without tiles")
 }
 
-/// Puts a tile; returns about how many bytes that takes.
+/// Puts a tile; returns about how many bytes it takes.
 fn put(writer: &mut Writer, tile: TileId, content: TileContent) -> anyhow::Result<u64> {
     let descriptors = content.descriptors.as_ref().map_or(0, Vec::len);
-    // Rows and indexes, and what is left free on the last page of each chain.
+    // 1,300 bytes for rows, indexes, and free space on the last page of each chain.
     let bytes = (content.image.bytes.len() + descriptors + content.cells.len() + 1_300) as u64;
     writer.put(&BuiltTile { tile, inputs_hash: content.image.content_hash, content: Some(content) })?;
     Ok(bytes)
@@ -224,13 +225,13 @@ fn content_of(tile: StoredTile) -> anyhow::Result<TileContent> {
     })
 }
 
-/// The block in the middle of a layer.
+/// The block at the centre of a layer.
 fn middle(layer: &Layer) -> anyhow::Result<(u32, u32)> {
     let tile = TileId::containing(layer.bounds_deg.middle()?, layer.base_zoom - LEVELS)?;
     Ok((tile.column(), tile.row()))
 }
 
-/// Blocks in rings around one, which comes first.
+/// Blocks in rings around one block, which comes first.
 fn spiral((column, row): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
     (0i64..).flat_map(move |ring| {
         let square = (-ring..=ring).flat_map(move |y| (-ring..=ring).map(move |x| (x, y)));
@@ -240,7 +241,7 @@ fn spiral((column, row): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// An export of all of a store: a short route in its middle, and a corridor (which also reaches beyond the ends) as wide as it.
+/// A request to export a whole store: a short route at its centre, and a corridor as wide as the store.
 fn everything(store: &Reader, key: Option<&Path>) -> anyhow::Result<ExportRequest> {
     let [west, south, east, north] = <[f64; 4]>::from(store.layer(LAYER)?.bounds_deg);
     let (middle, longitude) = ((south + north) / 2.0, (west + east) / 2.0);

@@ -1,8 +1,8 @@
 //! Writes a world of decoys: real pictures mirrored, turned and rescaled, patch beside patch, georeferenced.
 //!
-//! `cargo run --release -p overfly-testkit --example decoy_world -- --out FOLDER --square-km 50000 PICTURE...` writes JPEG sheets with world
-//! files and `.prj` that `overfly build` reads as they are. No patch is a true copy of the ground it shows: every one is
-//! mirrored. The same seed and pictures give the same files.
+//! `cargo run --release -p overfly-testkit --example decoy_world -- --out FOLDER --square-km 50000 PICTURE...` writes
+//! JPEG sheets with world files and `.prj` that `overfly build` can read. No patch is a true copy of the ground it
+//! shows: every one is mirrored. The same seed and pictures give the same files.
 
 use anyhow::{Context, ensure};
 use clap::Parser;
@@ -25,10 +25,10 @@ struct Args {
     /// Folder to write to.
     #[arg(long)]
     out: PathBuf,
-    /// Ground to cover, at least.
+    /// Least ground to cover.
     #[arg(long, default_value_t = 1000.0)]
     square_km: f64,
-    /// Ground sample distance that every picture is taken to have, whatever its own.
+    /// Ground sample distance to assume for every picture.
     #[arg(long, default_value_t = 5.0)]
     gsd_m_per_px: f64,
     /// North-western corner.
@@ -42,7 +42,7 @@ struct Args {
     seed: u64,
 }
 
-/// Edge of a patch: two frames of the trials fit in.
+/// Edge of a patch, which holds two frames of the trials.
 const PATCH_PX: usize = 480;
 /// Patches along a sheet's edge.
 const PATCHES: usize = 8;
@@ -80,7 +80,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// An orthophoto's pixels through the tiles it meets, or a photograph as it is.
+/// Reads the pixels of an orthophoto through the tiles it meets, or a photograph as it is.
 fn read(path: &Path) -> anyhow::Result<Picture> {
     let Ok(photo) = Orthophoto::open(path, &OpenOptions::default()) else {
         let gray = read_frame(path).with_context(|| format!("{} is no picture", path.display()))?;
@@ -111,7 +111,7 @@ fn read(path: &Path) -> anyhow::Result<Picture> {
     Ok(Picture { gray, mask })
 }
 
-/// A sheet of patches; each sheet has a random stream of its own.
+/// Draws a sheet of patches; each sheet has a random stream of its own.
 fn sheet(pictures: &[Picture], seed: u64, index: usize) -> Vec<u8> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(index as u64);
@@ -130,7 +130,7 @@ fn sheet(pictures: &[Picture], seed: u64, index: usize) -> Vec<u8> {
     values
 }
 
-/// Where a patch is cut: mirrored, turned, rescaled.
+/// The place of a patch in a picture: mirrored, turned, rescaled.
 struct PatchCut<'a> {
     picture: &'a Picture,
     centre: [f64; 2],
@@ -140,7 +140,7 @@ struct PatchCut<'a> {
 impl PatchCut<'_> {
     /// The picture's point of a patch's pixel.
     fn at(&self, x: f64, y: f64) -> [f64; 2] {
-        // Left is right: the mirror.
+        // Mirrored: left is right.
         let (x, y) = (PATCH_PX as f64 / 2.0 - x - 0.5, y + 0.5 - PATCH_PX as f64 / 2.0);
         let [cos, sin] = self.turn;
         [self.centre[0] + cos * x - sin * y, self.centre[1] + sin * x + cos * y]
@@ -156,7 +156,7 @@ impl PatchCut<'_> {
     }
 }
 
-/// A picture by chance, and a cut that lies inside it: tried until one does.
+/// Draws a picture and a cut that lies inside it.
 fn patch<'a>(pictures: &'a [Picture], rng: &mut ChaCha8Rng) -> PatchCut<'a> {
     loop {
         let picture = &pictures[rng.random_range(0..pictures.len())];

@@ -1,6 +1,6 @@
-//! Lets faults befall everything that writes a store, at every call or at many, and counts what stood at the target after each:
-//! absent, old or new, always valid; and whether the same command, run again, ended as if nothing had been. The long form of
-//! what the tests do in short.
+//! Injects faults into everything that writes a store, at every call or at many, and counts the states of the target
+//! after each: absent, old or new, always valid. Then runs the same command again, which must give the undisturbed
+//! result. The long form of the tests' faults.
 //!
 //! ```sh
 //! cargo build --release && cargo run --release -p overfly-testkit --example faults -- --kills 500 --full 200 --io 200
@@ -31,16 +31,16 @@ struct Args {
     /// Full disks.
     #[arg(long, default_value_t = 200)]
     full: u64,
-    /// Failing disks, short reads and writes, ends of files where none are.
+    /// Failing disks, short reads and writes, early ends of files.
     #[arg(long, default_value_t = 200)]
     io: u64,
     /// Bad reads while a store is verified, searched, or served onboard.
     #[arg(long, default_value_t = 200)]
     reads: u64,
-    /// Only operations whose name holds this.
+    /// Only operations whose name contains this.
     #[arg(long, default_value = "")]
     only: String,
-    /// Which points.
+    /// Seed of the points.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
@@ -82,7 +82,7 @@ fn main() -> ExitCode {
     if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Bad reads; what is wrong with the program.
+/// Injects bad reads; returns what is wrong with the program.
 fn read(bench: &FaultBench, folder: &Path, args: &Args) -> Vec<String> {
     let store = drawn::drawn_store();
     let exported = folder.join("to read.gpkg");

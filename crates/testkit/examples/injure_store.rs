@@ -1,5 +1,6 @@
-//! Injures copies of an exported store, one bit, one end, two pages at a time, and counts what `verify` and the aircraft make of
-//! it: none may be missed, none may crash, no answer may be wrong. The long form of what the tests do in short.
+//! Injures copies of an exported store, one bit, one end, or two pages at a time, and counts the results of `verify`
+//! and of the onboard service: no injury may be missed, none may crash, no answer may be wrong. The long form of the
+//! tests' injuries.
 //!
 //! ```sh
 //! cargo run --release -p overfly-testkit --example injure_store -- flight.gpkg --flips 20000 --truncations 1000 --swaps 1000
@@ -12,18 +13,18 @@ use std::process::ExitCode;
 
 #[derive(Parser)]
 struct Args {
-    /// An exported store; copies of it are injured, it is not.
+    /// An exported store; only copies of it are injured.
     store: PathBuf,
-    /// Single bits turned over.
+    /// Flipped bits.
     #[arg(long, default_value_t = 20_000)]
     flips: usize,
-    /// Ends cut off.
+    /// Truncations.
     #[arg(long, default_value_t = 1_000)]
     truncations: usize,
-    /// Pairs of pages that change places.
+    /// Swapped pairs of pages.
     #[arg(long, default_value_t = 1_000)]
     swaps: usize,
-    /// Which bits, ends and pages.
+    /// Seed of bits, ends and pages.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }

@@ -1,13 +1,14 @@
-//! A soak: `overfly serve --onboard` under mixed requests with faults, every answer weighed, its memory read.
+//! A soak: `overfly serve --onboard` under mixed requests with faults, with every answer checked and its memory
+//! measured.
 //!
 //! ```sh
 //! cargo build --release && cargo run --release -p overfly-testkit --example soak -- --requests 200000 --db small.gpkg
 //! cargo run --release -p overfly-testkit --example soak -- --requests 10000 --db big.gpkg --in-place --memory 128MB
 //! ```
 //!
-//! The store must hold the landscape of `tiles/` (as `big_store` makes it). A copy of it is served, some of whose tiles rot
-//! meanwhile, and at the end it is removed, replaced, cut off and made unreadable under the service; `--in-place` serves the
-//! store itself and leaves it alone.
+//! The store must contain the landscape of `tiles/` (`big_store` makes such a store). A copy of it is served; some of
+//! its tiles rot meanwhile, and at the end it is removed, replaced, truncated and made unreadable under the service.
+//! `--in-place` serves the store itself without faults.
 
 use clap::Parser;
 use overfly_testkit::soak::client::ServedStore;
@@ -39,7 +40,7 @@ struct Args {
     /// Serve the store itself, without rot and faults of its file.
     #[arg(long)]
     in_place: bool,
-    /// Which requests.
+    /// Seed of the requests.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
@@ -84,7 +85,7 @@ fn main() -> anyhow::Result<ExitCode> {
     Ok(if wrong == 0 && soaked.lives { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Prints what came of it; returns how many answers were wrong.
+/// Prints the results; returns the number of wrong answers.
 fn show(soaked: &SoakResult, since: Instant) -> usize {
     let SoakResult { tally, readings, lives } = soaked;
     println!(

@@ -1,5 +1,5 @@
-//! What tests are made of: a store of the project's drawn tiles, and small orthophotos drawn for tests (PNG with world
-//! file, EPSG:32633, 1 m pixels).
+//! Material of tests: a store of the project's drawn tiles, and small orthophotos (PNG with world file, EPSG:32633, 1
+//! m pixels).
 
 use overfly_ingest::build::{self, Request};
 use overfly_store::Reader;
@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 /// EPSG code of every drawn source.
 pub const CRS: u32 = 32633;
 
-/// Writes an image of smooth noise told apart by `seed`, its upper-left corner `offset` pixels (east, south) from a fixed
-/// place; where `hole`, its middle third is transparent.
+/// Writes an image of smooth noise that depends on `seed`. Its upper-left corner lies `offset` pixels (east, south)
+/// from a fixed place. With `hole`, its middle third is transparent.
 pub fn orthophoto(folder: &Path, name: &str, size: (u32, u32), offset: (u32, u32), seed: u32, hole: bool) -> PathBuf {
     let image = image::RgbaImage::from_fn(size.0, size.1, |x, y| {
         let (east, south) = (x + offset.0, y + offset.1);
@@ -28,7 +28,7 @@ pub fn orthophoto(folder: &Path, name: &str, size: (u32, u32), offset: (u32, u32
     path
 }
 
-/// Value noise in [0, 255]: random at a grid's points, bilinear between them.
+/// Value noise in [0, 255]: random at the points of a grid, bilinear between them.
 fn noise(x: u32, y: u32, grid: u32, seed: u32) -> f32 {
     let at = |x: u32, y: u32| {
         let mut h = x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77) ^ seed.wrapping_mul(0xC2B2_AE3D);

@@ -1,5 +1,5 @@
-//! Injuries to an exported store: what `verify` and the aircraft make of each. Used by the tests in short form and by the
-//! example `injure_store` in long form.
+//! Injuries to an exported store, and what `verify` and the aircraft make of each. The tests use a few, the example
+//! `injure_store` many.
 
 use overfly_core::feature::{CELLS, CellMap, CellWindow};
 use overfly_store::package::{Date, VerifyOptions, open_onboard, verify_package};
@@ -12,34 +12,34 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What is done to a store.
+/// An injury to a store.
 #[derive(Debug, Clone)]
 pub enum Injury {
-    /// One bit of one byte.
+    /// One bit is flipped.
     Flip { at: usize, bit: u8 },
     /// The file ends here.
     Truncation { len: usize },
-    /// Two pages change places.
+    /// Two pages are swapped.
     Swap { pages: [usize; 2] },
 }
 
-/// What came of injuries.
+/// The results of injuries.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct InjuryTally {
     pub injuries: u64,
     /// `verify`: not good, exit code 3.
     pub not_good: u64,
-    /// `verify`: no store, exit code 2.
+    /// `verify`: not a store, exit code 2.
     pub no_store: u64,
-    /// Onboard refused to start.
+    /// The onboard service refused to start.
     pub refused_onboard: u64,
-    /// Onboard started and gave some tiles up.
+    /// The onboard service started and gave up some tiles.
     pub degraded: u64,
-    /// Injuries that `verify` missed, panics, and wrong answers: none may be.
+    /// Injuries that `verify` missed, panics, and wrong answers. There must be none.
     pub failures: Vec<String>,
 }
 
-/// What a sound store answers.
+/// The answers of a sound store.
 pub struct SoundStore {
     bytes: Vec<u8>,
     page: usize,
@@ -49,13 +49,13 @@ pub struct SoundStore {
     cells: BTreeMap<(String, u8), Arc<CellMap>>,
 }
 
-/// A day on which no test's store has expired.
+/// A day on which no store of a test has expired.
 pub fn a_day() -> Date {
     Date::constant(2026, 11, 22)
 }
 
 impl SoundStore {
-    /// All answers of the store at `path`.
+    /// Reads all answers of the store at `path`.
     pub fn read(path: &Path) -> Self {
         let reader = Reader::open(path).unwrap();
         let (mut footprints, mut tiles, mut cells) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
@@ -75,8 +75,8 @@ impl SoundStore {
         Self { bytes, page, layers: reader.layers().to_vec(), footprints, tiles, cells }
     }
 
-    /// `count` injuries of each kind asked for. Half of the flips fall on pages that are nodes of a tree and not on what
-    /// hangs over: there are few of these, and they lead everywhere.
+    /// Draws injuries of each kind. Half of the flips hit pages that are nodes of a tree, not overflow pages: there
+    /// are few of these, and they lead everywhere.
     pub fn injuries(&self, flips: usize, truncations: usize, swaps: usize, seed: u64) -> Vec<Injury> {
         let mut dice = StdRng::seed_from_u64(seed);
         let pages = self.bytes.len() / self.page;
@@ -94,7 +94,7 @@ impl SoundStore {
             injuries.push(Injury::Flip { at, bit: dice.random_range(0..8) });
         }
         for truncation in 0..truncations {
-            // By turns at a page's end, where nothing is cut in two, and anywhere.
+            // Alternately at the end of a page, where nothing is cut in two, and anywhere.
             let len = dice.random_range(0..self.bytes.len());
             let len = if truncation % 2 == 0 { len / self.page * self.page } else { len };
             injuries.push(Injury::Truncation { len });
@@ -109,7 +109,7 @@ impl SoundStore {
         injuries
     }
 
-    /// Does each injury to a copy at `path`, asks, and heals it again.
+    /// Applies each injury to a copy at `path`, asks all questions, and heals the copy.
     pub fn endure(
         &self,
         path: &Path,
@@ -153,7 +153,7 @@ impl SoundStore {
         }
     }
 
-    /// `verify` refuses it, by 3 or 2, and lives.
+    /// `verify` must reject the store with 3 or 2, and must not panic.
     fn verify(&self, path: &Path, injury: &Injury, tally: &mut InjuryTally) {
         let options = VerifyOptions { key: None, today: a_day(), every_tile: false };
         match catch_unwind(AssertUnwindSafe(|| verify_package(path, &options, &|_, _| ()))) {
@@ -165,7 +165,7 @@ impl SoundStore {
         }
     }
 
-    /// Onboard, without `verify`, no answer is wrong.
+    /// The onboard service, without `verify`, must give no wrong answer.
     fn fly(&self, path: &Path, injury: &Injury, tally: &mut InjuryTally) {
         let flown = catch_unwind(AssertUnwindSafe(|| match open_onboard(path, None, &[], a_day()) {
             Err(_) => Ok(None),
@@ -179,7 +179,7 @@ impl SoundStore {
         }
     }
 
-    /// Every question that a service asks of a store: the right answer or none.
+    /// Asks every question that a service asks a store; each answer must be right or an error.
     fn ask(&self, store: &Reader) -> Result<(), String> {
         if store.layers() != self.layers {
             return Err("other layers".into());
@@ -219,7 +219,7 @@ fn layer_bounds(footprints: &[Footprint]) -> overfly_core::tile::MercatorBounds 
     .unwrap()
 }
 
-/// Each block found holds what it should; fewer may be found.
+/// Checks that each found block has the expected cells. Blocks may be missing.
 fn same_cells(found: &CellMap, expected: &CellMap) -> Result<(), String> {
     let cut = |map: &CellMap, [column, row]: [i64; 2]| {
         let mut window = CellWindow::new(CELLS, CELLS);

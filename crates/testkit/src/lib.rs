@@ -1,4 +1,5 @@
-//! What integration tests and rigs are made of: drawn stores, faults, injuries, soaks.
+//! Material for integration tests and rigs: drawn stores, faults, injuries, soaks. Only dev-dependencies use this
+//! crate; the rigs are its examples.
 
 pub mod drawn;
 pub mod faults;

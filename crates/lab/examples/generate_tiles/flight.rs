@@ -1,4 +1,4 @@
-//! A flight over a canvas: poses along a serpentine, and what was seen and said there.
+//! A flight over a canvas: poses along a serpentine, frames, and sensor readings.
 
 use crate::canvas::SceneCanvas;
 use crate::log::Log;

@@ -1,4 +1,4 @@
-//! `flight.csv` and `camera.toml`: what was true and what the sensors said.
+//! Writes `flight.csv` and `camera.toml`: the truth and the sensors' readings.
 
 use crate::sight::{CameraPose, DISTORTION, FOCAL_PX, HEIGHT_PX, PRINCIPAL_PX, WIDTH_PX};
 use rand::Rng;
@@ -19,7 +19,7 @@ impl Default for Log {
 }
 
 impl Log {
-    /// A frame: its truth, and a heading and a height with the sensors' noise of 1 degree and 1 %.
+    /// Enters a frame: its truth, and a heading and a height with sensor noise of 1 degree and 1 %.
     pub fn enter(&mut self, image: &str, pose: &CameraPose, rng: &mut ChaCha8Rng) {
         let normal = |rng: &mut ChaCha8Rng| (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
         let said_height_m = pose.height_m * (1.0 + 0.01 * normal(rng));

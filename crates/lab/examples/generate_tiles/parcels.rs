@@ -11,7 +11,7 @@ enum Node {
     Parcel(usize),
 }
 
-/// One owner's land, which may be farmed as two fields.
+/// One owner's land, which can be farmed as two fields.
 pub struct Parcel {
     /// Middle, metres.
     pub centre: Point,
@@ -26,7 +26,7 @@ pub struct Parcel {
 /// The whole partition.
 pub struct Parcels {
     nodes: Vec<Node>,
-    /// All parcels; a place's `parcel` counts here.
+    /// All parcels; `ParcelPlace::parcel` is an index here.
     pub parcels: Vec<Parcel>,
     seed: u32,
 }

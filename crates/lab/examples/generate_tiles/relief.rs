@@ -1,4 +1,4 @@
-//! `Relief`: how high anything stands near a point, so that rays and shadows need not look where nothing can be.
+//! `Relief`: the greatest height near a point, which limits where rays and shadows must look.
 
 use crate::canvas::{PIXELS_PER_M, SceneCanvas};
 
@@ -11,7 +11,7 @@ pub struct Relief {
 }
 
 impl Relief {
-    /// Of a canvas, for distances up to `reach_m`.
+    /// Computes the relief of a canvas, for distances up to `reach_m`.
     pub fn new(canvas: &SceneCanvas, reach_m: f64) -> Self {
         let (columns, rows) = (canvas.width.div_ceil(BLOCK_PX), canvas.height.div_ceil(BLOCK_PX));
         let mut own = vec![0f32; columns * rows];

@@ -1,6 +1,6 @@
-//! What a camera over the canvas sees, by casting rays.
+//! Draws what a camera over the canvas sees, by casting rays.
 //!
-//! Nothing of the program's own camera model is used, so that agreement with it means something.
+//! Does not use the program's own camera model, so that agreement with it is meaningful.
 
 use crate::canvas::{PIXELS_PER_M, SceneCanvas};
 use crate::relief::Relief;
@@ -19,14 +19,14 @@ pub const FOCAL_PX: f64 = 400.0;
 pub const PRINCIPAL_PX: [f64; 2] = [161.3, 118.9];
 /// k1, k2, p1, p2, k3.
 pub const DISTORTION: [f64; 5] = [-0.06, 0.015, 0.0004, -0.0003, 0.0];
-/// Where rays begin: above everything.
+/// Height at which rays begin, above everything, metres.
 const TOP_M: f64 = 32.0;
 /// Rays per pixel along each axis.
 const RAYS: usize = 3;
 
-/// Where the camera is and how it looks.
+/// Position and attitude of the camera.
 pub struct CameraPose {
-    /// Straight below.
+    /// The point straight below.
     pub nadir: Geodetic,
     /// Clockwise from true north.
     pub heading_rad: f64,
@@ -36,14 +36,14 @@ pub struct CameraPose {
     pub roll_rad: f64,
     /// Above the ground.
     pub height_m: f64,
-    /// Of the flight's clock.
+    /// Time on the flight's clock.
     pub time_s: f64,
 }
 
 /// Both ends of a ray, metres east and south of the canvas's corner: where it comes below [`TOP_M`], and on the ground.
 type Ends = [[f64; 2]; 2];
 
-/// What stands near a ray: to a corner, tilted by 10 degrees, it moves by 25 m below the top.
+/// The relief around a ray: to a corner, tilted by 10 degrees, a ray moves by 25 m below the top.
 pub fn relief(canvas: &SceneCanvas) -> Relief {
     Relief::new(canvas, TOP_M)
 }
@@ -60,7 +60,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// At a pose, over a canvas whose north-western corner has these grid coordinates.
+    /// Places the camera at a pose, over a canvas whose north-western corner has these grid coordinates.
     pub fn new(pose: &CameraPose, corner: [f64; 2]) -> Self {
         // Heading turns the level axes, pitch lifts the nose, roll lowers the right wing.
         let (sin_h, cos_h) = pose.heading_rad.sin_cos();
@@ -86,14 +86,14 @@ impl Sight {
         [ground_at(TOP_M), ground_at(0.0)]
     }
 
-    /// As [`Sight::ends`] to a few millimetres and much quicker: exact at every fourth pixel, bilinear between.
+    /// Like [`Sight::ends`] to a few millimetres and much faster: exact at every fourth pixel, bilinear between.
     pub fn knots(&self) -> RayGrid {
         let (columns, rows) = (WIDTH_PX / KNOT_PX + 1, HEIGHT_PX / KNOT_PX + 1);
         let at = |i: usize| self.ends((i % columns * KNOT_PX) as f64, (i / columns * KNOT_PX) as f64);
         RayGrid { columns, ends: (0..columns * rows).into_par_iter().map(at).collect() }
     }
 
-    /// What the camera sees, before its electronics; `ends` gives the ray of a position.
+    /// Draws what the camera sees, before its electronics; `ends` gives the ray of a position.
     pub fn expose(
         &self,
         canvas: &SceneCanvas,
@@ -150,7 +150,7 @@ fn first_hit(canvas: &SceneCanvas, relief: &Relief, top: [f64; 2], bottom: [f64;
     const STEPS: usize = 64;
     let pixel = |p: [f64; 2]| p.map(|v| (v * PIXELS_PER_M).floor() as isize);
     let tallest_m = f64::from(relief.tallest_m(pixel(bottom)[0], pixel(bottom)[1]));
-    // Above everything there is nothing to hit.
+    // A ray hits nothing above the tallest object.
     let first = (STEPS as f64 * (1.0 - tallest_m / TOP_M)).floor().max(0.0) as usize;
     for k in first..=STEPS {
         let t = k as f64 / STEPS as f64;
@@ -163,8 +163,8 @@ fn first_hit(canvas: &SceneCanvas, relief: &Relief, top: [f64; 2], bottom: [f64;
     canvas.colour_at(bottom[0], bottom[1])
 }
 
-/// Where an undistorted camera would have seen what this one sees at `seen` (both over the focal length): the OpenCV
-/// model solved backwards by repetition, to below a billionth.
+/// Returns where an undistorted camera would have seen the point that this camera sees at `seen` (both over the focal
+/// length): the inverse of the OpenCV model by iteration, to below 1e-9.
 fn undistorted(seen: [f64; 2]) -> [f64; 2] {
     let [k1, k2, p1, p2, k3] = DISTORTION;
     let [mut x, mut y] = seen;

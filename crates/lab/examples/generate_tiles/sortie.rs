@@ -1,4 +1,4 @@
-//! `Sortie`: one day over a landscape: its light, season and weather, what stands about, and the state of the camera.
+//! `Sortie`: one day over a landscape: its light, season and weather, loose objects, and the state of the camera.
 
 use crate::canvas::SceneCanvas;
 use crate::noise::cloudy;
@@ -12,11 +12,11 @@ use rayon::prelude::*;
 /// A day.
 pub struct Sortie {
     sun: Sun,
-    /// What green things turn to, and how far.
+    /// The colour that vegetation turns to, and how far.
     turning: ([f32; 3], f32),
     /// Share of the sky in clouds whose shadows lie on the land.
     clouds: f32,
-    /// Things that no map shows.
+    /// Number of objects that no map shows.
     objects: usize,
     radiometry: Radiometry,
     /// Standard deviation of the lens's and the motion's blur, pixels across and along the flight.
@@ -26,7 +26,7 @@ pub struct Sortie {
 }
 
 impl Sortie {
-    /// Any day from high summer to late autumn, from morning to evening.
+    /// Draws a day from high summer to late autumn, from morning to evening.
     pub fn plan(rng: &mut ChaCha8Rng) -> Self {
         const STRAW: [f32; 3] = [168.0, 150.0, 104.0];
         const RUST: [f32; 3] = [138.0, 104.0, 62.0];
@@ -48,7 +48,7 @@ impl Sortie {
         }
     }
 
-    /// The ground on that day: turned in colour, strewn with things, lit, under the clouds' shadows.
+    /// Draws the ground on that day: changed in colour, strewn with objects, lit, under the shadows of clouds.
     pub fn lit(&self, ground: &SceneCanvas, rng: &mut ChaCha8Rng) -> SceneCanvas {
         let mut canvas =
             SceneCanvas { colours: ground.colours.clone(), heights_m: ground.heights_m.clone(), ..*ground };
@@ -79,7 +79,7 @@ impl Sortie {
         });
     }
 
-    /// What the camera makes of it, interleaved RGB.
+    /// Develops the camera's picture, interleaved RGB.
     pub fn develop(&self, colours: Vec<[f32; 3]>, rng: &mut ChaCha8Rng) -> Vec<u8> {
         let colours = blurred(&blurred(&colours, self.blur_px[0], false), self.blur_px[1], true);
         let exposure = rng.random_range(0.85..1.15f32);
@@ -94,7 +94,7 @@ impl Sortie {
     }
 }
 
-/// A car, a bale, a container, a sheet of plastic: an upright box anywhere.
+/// Draws a car, a bale, a container or a sheet of plastic: an upright box at a random place.
 fn strew(canvas: &mut SceneCanvas, rng: &mut ChaCha8Rng) {
     const TONES: [[f32; 3]; 6] = [
         [226.0, 226.0, 222.0],
@@ -122,7 +122,7 @@ fn strew(canvas: &mut SceneCanvas, rng: &mut ChaCha8Rng) {
     });
 }
 
-/// Blurred by a Gaussian along the columns (the direction of flight) or the rows, the edge repeated.
+/// Blurs by a Gaussian along the columns (the direction of flight) or the rows; the edge is repeated.
 fn blurred(colours: &[[f32; 3]], sigma_px: f32, is_along: bool) -> Vec<[f32; 3]> {
     if sigma_px < 0.2 {
         return colours.to_vec();

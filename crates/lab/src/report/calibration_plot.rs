@@ -1,4 +1,4 @@
-//! `calibration_svg`: what searches stated against what came, on logarithmic axes.
+//! `calibration_svg`: stated false alarms against observed ones, on logarithmic axes.
 
 use super::chart::{INK, legend, mesh, named_line, svg};
 use crate::trial::{CalibrationStep, NegativeScore};
@@ -12,8 +12,8 @@ const COLOURS: [RGBColor; 5] = [
     RGBColor(200, 70, 110),
 ];
 
-/// A plot of the share of negatives that stated fewer accidents than 10^x, a line per size of region with its 95 % bounds,
-/// and the line that no share may cross.
+/// A plot of the share of negatives that stated fewer false alarms than 10^x, a line per size of region with its 95 %
+/// bounds, and the line that no share may cross.
 pub fn calibration_svg(score: &NegativeScore) -> String {
     let deepest = score.calibration.last().map_or(-8.0, |c| f64::from(c.log10_false_alarms));
     svg((720, 520), |area| {

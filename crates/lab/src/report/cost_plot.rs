@@ -1,4 +1,4 @@
-//! `cost_svg`: times against tiles, on logarithmic axes, and the line through them.
+//! `cost_svg`: search times against tiles, on logarithmic axes, and the fitted line.
 
 use super::chart::{BOUND, INK, RIGHT, legend, mesh, named_line, svg};
 use crate::trial::Cost;

@@ -5,21 +5,21 @@ use overfly_core::geodesy::{BodyFrame, Geodetic, LocalFrame};
 use overfly_core::pixels::{Colour, MaskedColour};
 use overfly_core::tile::{TILE_SIZE_PX, TileId, WorldPixel, gsd_at};
 
-/// The most pixels that a mosaic holds.
+/// Greatest number of pixels of a mosaic.
 const MAX_PIXELS: usize = 120_000_000;
-/// What stands where the map has no pixel.
+/// Colour where the map has no pixel.
 const EMPTY: [u8; 3] = [128, 128, 128];
 
 /// Tiles of one zoom side by side, cropped to what is valid.
 pub struct Mosaic {
     zoom: u8,
-    /// World pixel of its upper-left corner.
+    /// World pixel of the upper-left corner.
     corner_px: [usize; 2],
     colour: Colour,
 }
 
 impl Mosaic {
-    /// Puts tiles of one zoom together; `None` without valid pixels, or where the picture would be too large.
+    /// Assembles tiles of one zoom; `None` without valid pixels, or if the picture would be too large.
     pub fn assemble(tiles: &[(TileId, MaskedColour)]) -> Option<Self> {
         let size = TILE_SIZE_PX as usize;
         let corners = || tiles.iter().map(|(id, _)| [id.column() as usize * size, id.row() as usize * size]);
@@ -53,7 +53,8 @@ impl Mosaic {
         [self.colour.width_px(), self.colour.height_px()]
     }
 
-    /// Where a point lies in it, pixels from its corner; outside where the map ends, `None` beyond the tile matrix.
+    /// The place of a point in the picture, pixels from its corner, also outside the map; `None` beyond the tile
+    /// matrix.
     pub fn pixel_of(&self, point: Geodetic) -> Option<[f64; 2]> {
         let p = WorldPixel::from_geodetic(point, self.zoom).ok()?;
         Some([p.x_px - self.corner_px[0] as f64, p.y_px - self.corner_px[1] as f64])
@@ -85,7 +86,8 @@ impl Mosaic {
         (small, factor)
     }
 
-    /// What a camera above `nadir` with this heading would see if the map were the ground. Gray where it is not.
+    /// Draws what a camera above `nadir` with this heading would see if the map were the ground; gray where there is
+    /// no map.
     pub fn seen_by(&self, camera: &Camera, nadir: Geodetic, heading_rad: f64) -> Colour {
         let (width, height) = camera.frame_size_px();
         let (width, height) = (width as usize, height as usize);

@@ -13,7 +13,7 @@ pub fn plan_svgs(forecast: &Forecast) -> Vec<(&'static str, String)> {
     vec![("speed", speed(forecast)), ("mission", mission(forecast)), ("settling", settling(forecast))]
 }
 
-/// From a hundredth to a hundred times, evenly in the logarithm.
+/// Factors from a hundredth to a hundred, evenly spaced in the logarithm.
 fn factors() -> impl Iterator<Item = f64> {
     (0..=80).map(|i| 10f64.powf(f64::from(i) / 20.0 - 2.0))
 }

@@ -1,4 +1,4 @@
-//! `relative_cost_svgs`: the paper's figures 12 to 15, measured here, with the fitted laws; and both beside the paper's.
+//! `relative_cost_svgs`: the paper's figures 12 to 15, measured here, with the fitted laws, beside the paper's.
 
 use super::chart::{BOUND, INK, RIGHT, legend, log_mesh, mesh, named_line, svg};
 use crate::trial::{DriftBin, PaperFigures, Quantiles, RelativeLaws, RelativeSample};
@@ -41,7 +41,7 @@ pub fn relative_cost_svgs(laws: &RelativeLaws, samples: &[RelativeSample]) -> Ve
     ]
 }
 
-/// A step of registrations, and how its plot is labelled.
+/// A step of registrations, and the labels of its plot.
 struct StepPlot {
     axis: &'static str,
     /// Units of the axis in a second.
@@ -50,7 +50,7 @@ struct StepPlot {
     time_s: fn(&RelativeSample) -> Option<f64>,
 }
 
-/// Mean N of each number of descriptors, and the times in seconds.
+/// Mean N of each descriptor limit, and the quantiles of the times in seconds.
 fn spreads(
     laws: &RelativeLaws,
     samples: &[RelativeSample],
@@ -63,7 +63,7 @@ fn spreads(
 const SPREAD_NAME: &str = "median of all pairs, up to 95 % of them";
 
 impl StepPlot {
-    /// The medians with their law, on straight axes.
+    /// The medians with their law, on linear axes.
     fn svg(&self, laws: &RelativeLaws, samples: &[RelativeSample], law_s: &dyn Fn(f64) -> f64) -> String {
         let dots: Vec<_> = spreads(laws, samples, self.time_s)
             .into_iter()
@@ -93,7 +93,7 @@ impl StepPlot {
     }
 }
 
-/// From `low` to `high`, evenly in the logarithm; few, for points are drawn on whole pixels.
+/// Numbers from `low` to `high`, evenly spaced in the logarithm; few, because points are drawn on whole pixels.
 fn decades(low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..=20).map(move |i| low * (high / low).powf(f64::from(i) / 20.0))
 }
@@ -138,7 +138,7 @@ fn total_svg(laws: &RelativeLaws, samples: &[RelativeSample]) -> String {
     })
 }
 
-/// The least that is drawn of a drift, pixels: logarithms have no zero.
+/// Least drift that is drawn, pixels: zero has no logarithm.
 const LEAST_DRIFT_PX: f64 = 1e-4;
 
 /// Drift against matches of the three estimators and of the paper, on logarithmic axes.

@@ -1,4 +1,4 @@
-//! Plots of a flown flight: errors in time, tiles searched, and the chronogram of registrations.
+//! Plots of a replayed flight: errors over time, tiles searched, and the chronogram of registrations.
 
 use super::chart::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
 use super::replayed_flight::ReplayedFlight;
@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const PROPAGATED: RGBColor = RGBColor(120, 90, 190);
 
-/// Error of every position, and three times its own standard deviation along the long axis.
+/// A plot of the error of every position, and of three of its own standard deviations along the long axis.
 pub fn errors(flown: &ReplayedFlight) -> String {
     let sigma_m = |o: &FlyOutcome| 3.0 * EnuCovariance::from(o.position.covariance_m2).ellipse().semi_major_m;
     let mut heights: Vec<f64> =
@@ -34,7 +34,8 @@ pub fn errors(flown: &ReplayedFlight) -> String {
     })
 }
 
-/// Tiles that each absolute registration searched (bars), and 𝒩 as the model has it (dots), on a logarithmic axis.
+/// A plot of the tiles that each absolute registration searched (bars), and of 𝒩 by the model (dots), on a
+/// logarithmic axis.
 pub fn tiles(flown: &ReplayedFlight) -> String {
     let searched: Vec<_> = flown.outcomes.iter().filter(|o| o.position.absolute_count > 0).collect();
     let level = |v: f64| v.max(1.0).log10();
@@ -60,8 +61,8 @@ pub fn tiles(flown: &ReplayedFlight) -> String {
     })
 }
 
-/// When registrations ran, as in figure 3 of the paper: relative ones below, absolute ones above, filled where they said where
-/// the image is.
+/// A plot of the times of registrations, as in figure 3 of the paper: relative ones below, absolute ones above,
+/// filled if they have a fix.
 pub fn chronogram(flown: &ReplayedFlight) -> String {
     let least_s = (span(flown).end - span(flown).start) / 300.0;
     svg((720, 130), |area| {

@@ -1,11 +1,11 @@
-//! `failures`: what was simulated over what was predicted, scenario by scenario.
+//! `failures`: simulated failures over predicted ones, scenario by scenario.
 
 use super::chart::{BOUND, FALSE, INK, RIGHT, svg};
 use crate::trial::simulation::SimulationSummary;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// A scenario, over the failures that (11) predicts.
+/// The figures of a scenario over the failures that (11) predicts.
 struct FailureRow {
     name: String,
     simulated: f64,
@@ -15,10 +15,10 @@ struct FailureRow {
     adjusted: Option<f64>,
 }
 
-/// Beyond this in either direction the axis is logarithmic.
+/// Beyond this ratio, or its inverse, the axis is logarithmic.
 const NEAR: f64 = 2.5;
 
-/// The plot; `None` where no failures were predicted.
+/// The plot; `None` if no failures were predicted.
 pub(super) fn failures(summaries: &[SimulationSummary]) -> Option<String> {
     let rows: Vec<FailureRow> = summaries.iter().filter_map(row).collect();
     let values = || rows.iter().flat_map(|r| [Some(r.simulated), r.printed, r.adjusted]).flatten();

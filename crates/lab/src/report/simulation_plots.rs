@@ -1,4 +1,5 @@
-//! Plots of a simulation: flights without a failure in time, their spread, f(n), coverage; and all plots by name.
+//! Plots of a simulation: flights without a failure over time, their distribution, f(n), coverage; and all plots by
+//! name.
 
 use super::chart::{BOUND, Chart, Drawn, FALSE, INK, RIGHT, legend, mesh, named_line, svg};
 use super::simulation_failures_plot::failures;
@@ -10,12 +11,12 @@ use plotters::prelude::*;
 
 type LinearChart<'a, 'b> = Chart<'a, 'b, RangedCoordf64, RangedCoordf64>;
 
-/// Scenarios that are told apart by colour.
+/// Colours of scenarios.
 const COLOURS: [RGBColor; 6] =
     [RIGHT, BOUND, RGBColor(120, 90, 190), RGBColor(60, 130, 210), RGBColor(190, 80, 130), RGBColor(120, 140, 60)];
 const SIZE: (u32, u32) = (720, 420);
 
-/// Plots by name, those for which there is something to plot: `failures`, `survival`, `spread`, `together`, `optimum`, `coverage`.
+/// Plots by name, if there is something to plot: `failures`, `survival`, `spread`, `together`, `optimum`, `coverage`.
 pub fn simulation_svgs(flown: &[SimulatedFlights], summaries: &[SimulationSummary]) -> Vec<(&'static str, String)> {
     let plots = [
         ("failures", failures(summaries)),
@@ -28,7 +29,7 @@ pub fn simulation_svgs(flown: &[SimulatedFlights], summaries: &[SimulationSummar
     plots.into_iter().filter_map(|(name, plot)| Some((name, plot?))).collect()
 }
 
-/// A scenario and its mode, for a legend.
+/// The name of a scenario and its mode, for a legend.
 fn name(variation: &str, mode: Mode) -> String {
     format!("{variation}, {}", mode.word())
 }
@@ -51,13 +52,13 @@ fn plot(
     })
 }
 
-/// Flights with a predicted p, at most as many as there are colours.
+/// Scenarios with a predicted p, at most as many as there are colours.
 fn with_failures(flown: &[SimulatedFlights]) -> Vec<(&SimulatedFlights, RGBColor)> {
     let has = |f: &&SimulatedFlights| f.prediction.failure_probability.is_some() && f.prediction.cycle_s.is_some();
     flown.iter().filter(has).zip(COLOURS).collect()
 }
 
-/// Share of the flights without a failure, against time over T0_max.
+/// A plot of the share of the flights without a failure, against time over T0_max.
 fn survival(flown: &[SimulatedFlights]) -> Option<String> {
     let shown = with_failures(flown);
     let length = |f: &SimulatedFlights| f.plan.mission_s / f.prediction.max_mission_s.unwrap_or(f.plan.mission_s);
@@ -81,24 +82,26 @@ fn survival(flown: &[SimulatedFlights]) -> Option<String> {
     }))
 }
 
-/// Where failures come together most: the variance of a flight's failures is the largest multiple of their mean, and not by chance.
+/// The scenario whose failures cluster most: the variance of a flight's failures is the largest multiple of their
+/// mean, beyond chance.
 fn most_together<'a>(flown: &'a [SimulatedFlights], summaries: &[SimulationSummary]) -> Option<&'a SimulatedFlights> {
     let dispersion = |s: &SimulationSummary| s.simulated.dispersion.unwrap_or(0.0);
     let pairs = flown.iter().zip(summaries).filter(|(f, s)| {
-        // Of a mean of independent failures it is known to sqrt(2 / flights); four of these.
+        // For independent failures the ratio has a standard deviation of sqrt(2 / flights); the limit is four of
+        // these.
         f.prediction.failures.is_some() && dispersion(s) > 1.0 + 4.0 * (2.0 / f64::from(s.runs)).sqrt()
     });
     pairs.max_by(|a, b| dispersion(a.1).total_cmp(&dispersion(b.1))).map(|(f, _)| f)
 }
 
-/// Flights by their number of failures.
+/// A plot of the flights by their number of failures.
 fn spread(f: &SimulatedFlights) -> Option<String> {
     let (p, count) = (f.prediction.failure_probability?, f.prediction.absolute_count?);
     let most = f.tallies.iter().map(|t| t.failures).max()?.clamp(1, 60);
     let flights = f.tallies.len() as f64;
     let share = |k: u64| f.tallies.iter().filter(|t| t.failures == k).count() as f64 / flights;
     let shares: Vec<f64> = (0..=most).map(share).collect();
-    // Of as many registrations as there are on the mean: binomial, its count not whole.
+    // Binomial, for the mean number of registrations, which is not whole.
     let mut predicted = vec![(count * (-p).ln_1p()).exp()];
     for k in 0..most {
         let last = predicted.last().copied().unwrap_or(0.0);
@@ -123,7 +126,7 @@ fn spread(f: &SimulatedFlights) -> Option<String> {
     }))
 }
 
-/// f(n) of the base, and the scenarios that differ from it by n alone.
+/// A plot of f(n) of the base, and of the scenarios that differ from it in n alone.
 fn optimum(flown: &[SimulatedFlights], summaries: &[SimulationSummary]) -> Option<String> {
     let base = flown.iter().find(|f| f.mode == Mode::Sequential && f.variation == "base")?;
     let alike = |f: &SimulatedFlights| {
@@ -167,7 +170,7 @@ fn optimum(flown: &[SimulatedFlights], summaries: &[SimulationSummary]) -> Optio
     }))
 }
 
-/// Coverage over the mission, scenario by scenario.
+/// A plot of the coverage over the mission, scenario by scenario.
 fn coverage(summaries: &[SimulationSummary]) -> Option<String> {
     let shown: Vec<_> = summaries.iter().filter_map(|s| Some((s, s.covariance.as_ref()?))).zip(COLOURS).collect();
     let least = shown.iter().flat_map(|((_, c), _)| c.coverage_over_time.iter().flatten()).copied().reduce(f64::min)?;

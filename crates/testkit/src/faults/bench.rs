@@ -1,5 +1,5 @@
-//! `FaultBench`: runs an operation under a fault and judges what it left: target absent, old or new, valid; side files handled;
-//! the same command once more, without a fault, ends as if nothing had been.
+//! `FaultBench`: runs an operation under a fault and checks the result. The target is absent, old or new, and valid;
+//! no side files are left; the same command, run again without a fault, gives the undisturbed result.
 
 use super::operation::{TARGET, WriteOperation};
 use super::shim::{FaultKind, InjectedFault, Shim, ShimReport};
@@ -9,24 +9,24 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// What stands at the target after a fault.
+/// The target after a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TargetState {
     Absent,
     Old,
-    /// The old store, or an empty one, and in it a layer that says it is unfinished.
+    /// The old store, or an empty one, with a layer that is marked unfinished.
     Unfinished,
     New,
 }
 
-/// A place to run operations in.
+/// A work folder in which operations run under faults.
 pub struct FaultBench {
     overfly: PathBuf,
     shim: Shim,
     work: PathBuf,
 }
 
-/// What an undisturbed run makes.
+/// The result of an undisturbed run.
 pub struct Undisturbed {
     old_digest: Option<String>,
     digest: String,
@@ -36,21 +36,21 @@ pub struct Undisturbed {
     pub counts: Vec<u64>,
 }
 
-/// What `overfly verify` says of a store.
+/// The output of `overfly verify` for a store.
 struct VerifyResult {
     good: bool,
     json: serde_json::Value,
 }
 
 impl FaultBench {
-    /// A bench in `folder`. `Err`: why no fault can be injected into `overfly`.
+    /// Makes a bench in `folder`. `Err`: the reason why no fault can be injected into `overfly`.
     pub fn new(overfly: &Path, folder: &Path) -> Result<Self, String> {
         let work = folder.join("work");
         std::fs::create_dir(&work).unwrap();
         Ok(Self { overfly: overfly.into(), shim: Shim::compile(folder, overfly)?, work })
     }
 
-    /// The program with these arguments, `{}` in them for the work folder.
+    /// The program with arguments; `{}` in them stands for the work folder.
     pub fn command(&self, arguments: &[OsString]) -> Command {
         let mut command = Command::new(&self.overfly);
         command.args(["--json", "--quiet"]);
@@ -59,31 +59,31 @@ impl FaultBench {
         command
     }
 
-    /// Runs a command that cannot fail.
+    /// Runs a command that must succeed.
     pub fn succeed(&self, arguments: &[OsString]) {
         let output = self.command(arguments).output().unwrap();
         assert!(output.status.success(), "{arguments:?}: {}", text(&output));
     }
 
-    /// Runs a command under a fault: how it ended, and what the layer tells.
+    /// Runs a command under a fault; returns its output and the report of the shim.
     pub fn disturb(&self, arguments: &[OsString], fault: InjectedFault) -> (Output, ShimReport) {
         let output = self.armed(arguments, fault).output().unwrap();
         (output, self.report())
     }
 
-    /// A command that will meet a fault.
+    /// A command with a fault injected.
     pub fn armed(&self, arguments: &[OsString], fault: InjectedFault) -> Command {
         let mut command = self.command(arguments);
         self.shim.arm(&mut command, &self.work, fault);
         command
     }
 
-    /// What the last command told that was to meet a fault.
+    /// The shim's report of the last command with a fault.
     pub fn report(&self) -> ShimReport {
         self.shim.report()
     }
 
-    /// Empties the work folder and puts there what shall stand there.
+    /// Empties the work folder and copies files into it.
     pub fn lay_out(&self, before: &BTreeMap<&'static str, PathBuf>) {
         for name in self.names() {
             std::fs::remove_file(self.work.join(name)).unwrap();
@@ -93,7 +93,7 @@ impl FaultBench {
         }
     }
 
-    /// What an operation makes where nothing disturbs it.
+    /// Runs an operation without a fault.
     pub fn undisturbed(&self, operation: &WriteOperation) -> Undisturbed {
         let digest = |verdict: &VerifyResult| {
             assert!(verdict.good, "{}", verdict.json);
@@ -109,7 +109,7 @@ impl FaultBench {
         Undisturbed { old_digest, digest, names, bytes, counts: report.counts }
     }
 
-    /// Lets a fault befall an operation; what then stood at the target, and whether the fault came at all.
+    /// Runs an operation under a fault. Returns the state of the target, and whether the fault was met.
     ///
     /// # Errors
     /// What is wrong with the program.
@@ -144,7 +144,8 @@ impl FaultBench {
         Ok((end, fired.is_some()))
     }
 
-    /// Killed by the fault and by nothing else; or an exit code, and where it is a failure, words that help.
+    /// The process was killed by the fault and by nothing else, or it ended with an exit code; a failure has a
+    /// helpful message.
     fn judge_exit(
         &self,
         operation: &WriteOperation,
@@ -166,7 +167,7 @@ impl FaultBench {
         }
     }
 
-    /// A failure names the file, has a code word that fits the fault, and an exit code that fits the word.
+    /// A failure names the file, has an error code that fits the fault, and an exit code that fits the error code.
     fn judge_words(
         &self,
         operation: &WriteOperation,
@@ -178,14 +179,14 @@ impl FaultBench {
         let names = |word: &str| said.contains(&format!("error[{word}]"));
         let (opens, reads) = (call.starts_with("open"), call.starts_with("pread") || call.starts_with("read"));
         let fits = match kind {
-            // SQLite says of a sync, and of a rollback, only that it failed.
+            // SQLite says only that a sync or a rollback failed.
             FaultKind::Full | FaultKind::FullOnce if operation.resumes && names("disk_error") => {
                 exit == 1 && said.contains("is full")
             }
             FaultKind::Full | FaultKind::FullOnce => names("disk_full") && exit == 1,
             _ => names("disk_error") && exit == 1,
         };
-        // SQLite takes what a disk cannot read for damage, and does not say why a file cannot be opened.
+        // SQLite takes unreadable data for damage, and does not say why a file cannot be opened.
         let of_read = reads
             && exit == 2
             && ["damaged_store", "not_a_store", "altered_patch", "not_a_patch"].iter().any(|w| names(w));
@@ -197,7 +198,7 @@ impl FaultBench {
         if fits || of_open || of_read { Ok(()) } else { Err(format!("exit code {exit} with these words")) }
     }
 
-    /// What failed by itself leaves nothing behind, where it could remove it.
+    /// A failed run leaves no files, if it could remove them.
     fn judge_litter(
         &self,
         operation: &WriteOperation,
@@ -236,7 +237,7 @@ impl FaultBench {
         Err(format!("the target is not valid: {}", verdict.json))
     }
 
-    /// What an operation only reads is as it was.
+    /// The inputs of an operation are unchanged.
     fn judge_inputs(&self, operation: &WriteOperation) -> Result<(), String> {
         for (name, file) in operation.before.iter().filter(|(name, _)| **name != TARGET) {
             if std::fs::read(self.work.join(name)).unwrap() != std::fs::read(file).unwrap() {
@@ -246,7 +247,7 @@ impl FaultBench {
         Ok(())
     }
 
-    /// All is as after an undisturbed run.
+    /// The result is that of an undisturbed run.
     fn judge_end(&self, operation: &WriteOperation, expected: &Undisturbed) -> Result<(), String> {
         let verdict = self.verify(operation);
         if !verdict.good || verdict.digest() != expected.digest {
@@ -262,7 +263,8 @@ impl FaultBench {
         if other { Err("the target has other bytes".into()) } else { Ok(()) }
     }
 
-    /// What a fresh process says of the target; of a patch, which has no such command, its bytes' digest.
+    /// The output of a new `overfly verify` process for the target; for a patch, which has no such command, the
+    /// digest of its bytes.
     fn verify(&self, operation: &WriteOperation) -> VerifyResult {
         if operation.makes_patch {
             let digest = blake3::hash(&std::fs::read(self.target()).unwrap()).to_hex().to_string();
@@ -274,7 +276,7 @@ impl FaultBench {
         VerifyResult { good: output.status.success(), json }
     }
 
-    /// What stands in the work folder, by name.
+    /// The files of the work folder, by name.
     pub fn content(&self) -> BTreeMap<OsString, Vec<u8>> {
         self.names().into_iter().map(|name| (name.clone(), std::fs::read(self.work.join(name)).unwrap())).collect()
     }
@@ -295,7 +297,7 @@ impl VerifyResult {
         self.json["digest"].as_str().unwrap_or_default().to_owned()
     }
 
-    /// Nothing is wrong but that layers say they are unfinished.
+    /// Whether unfinished layers are the only problem.
     fn only_unfinished(&self) -> bool {
         let problems = self.json["problems"].as_array().cloned().unwrap_or_default();
         let unfinished = |p: &serde_json::Value| p.as_str().is_some_and(|p| p.contains("unfinished build"));
@@ -309,7 +311,7 @@ impl VerifyResult {
     }
 }
 
-/// What a program said.
+/// The output of a program.
 pub fn text(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout))
 }

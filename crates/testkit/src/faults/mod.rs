@@ -1,5 +1,5 @@
-//! Faults at every call that writes a store or reads one: kills, losses of power, full disks, failing disks, short reads. Used by
-//! the tests in short form and by the example `faults` in long form.
+//! Faults at every call that writes or reads a store: kills, losses of power, full disks, failing disks, short reads.
+//! The tests inject a few, the example `faults` many.
 
 pub mod bench;
 pub mod operation;

@@ -1,4 +1,4 @@
-//! The operations that write a store, a row each: what stands there before, the command, and what an undisturbed run makes.
+//! All operations that write a store, a row each, and their inputs.
 
 use super::bench::FaultBench;
 use super::operation::{TARGET, WriteOperation};
@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// What operations work on.
+/// The inputs of the operations.
 struct Material {
     sources: [PathBuf; 2],
     files: BTreeMap<&'static str, PathBuf>,
     routes: [PathBuf; 2],
 }
 
-/// The operations; what they need is made in `folder`.
+/// The operations. Their inputs are made in `folder`.
 pub fn operations(bench: &FaultBench, folder: &Path) -> Vec<WriteOperation> {
     let material = Material::make(bench, folder);
     let mut all = builds(&material);

@@ -1,4 +1,4 @@
-//! What only reads a store, under bad reads: the same answer as ever, or none; never another.
+//! Commands that only read a store, under bad reads: the usual answer or an error; never another answer.
 
 use super::bench::{FaultBench, text};
 use super::shim::{FaultKind, InjectedFault, ShimReport};
@@ -11,23 +11,23 @@ pub struct ReadOperation {
     pub name: &'static str,
     pub store: PathBuf,
     pub arguments: Vec<OsString>,
-    /// Of its JSON answer, what must be the same.
+    /// The keys of the JSON answer whose values must stay the same.
     pub same: &'static [&'static str],
 }
 
-/// What came of bad reads.
+/// The results of bad reads.
 #[derive(Debug, Default)]
 pub struct ReadTally {
     pub points: u64,
     pub tried: u64,
-    /// The same answer as undisturbed.
+    /// Runs with the undisturbed answer.
     pub answered: u64,
-    /// No answer: an exit code and a reason.
+    /// Runs with an error: an exit code and a reason.
     pub refused: u64,
     pub failures: Vec<String>,
 }
 
-/// The readings of a store of the drawn landscape and an export of it.
+/// The commands for a store of the drawn landscape and an export of it.
 pub fn readings(built: &Path, exported: &Path, project: &Path) -> Vec<ReadOperation> {
     let row = |name, store: &Path, words: &[&str], same| ReadOperation {
         name,
@@ -49,7 +49,7 @@ pub fn readings(built: &Path, exported: &Path, project: &Path) -> Vec<ReadOperat
 }
 
 impl ReadTally {
-    /// At most `most` bad reads of a kind, evenly over all.
+    /// Injects at most `most` bad reads of a kind, evenly spread.
     pub fn run(bench: &FaultBench, reading: &ReadOperation, kind: FaultKind, most: u64, seed: u64) -> Self {
         bench.lay_out(&[("target.gpkg", reading.store.clone())].into());
         let (output, report) = bench.disturb(&reading.arguments, InjectedFault { kind, at: 0 });
@@ -83,7 +83,7 @@ impl ReadTally {
     }
 }
 
-/// The parts of a command's last line that must be the same.
+/// The parts of the last line of output that must stay the same.
 fn answer(reading: &ReadOperation, output: &std::process::Output) -> Vec<serde_json::Value> {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     let json: serde_json::Value = said.lines().last().and_then(|l| serde_json::from_str(l).ok()).unwrap_or_default();

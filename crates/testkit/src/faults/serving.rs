@@ -1,4 +1,5 @@
-//! The aircraft's service, under bad reads: each answer is the one it ever was, or none; it goes on and says how it is.
+//! The onboard service under bad reads: each answer is the usual one or an error; the service goes on and reports its
+//! health.
 
 use super::bench::FaultBench;
 use super::reading::ReadTally;
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-/// What is asked, and what a sound store answers.
+/// The requests, and the answers of a sound store.
 pub struct ServiceReads {
     store: PathBuf,
     questions: Vec<RawRequest>,
@@ -19,7 +20,7 @@ pub struct ServiceReads {
     counts: Vec<u64>,
 }
 
-/// A request as it goes over the line, but for its host.
+/// An HTTP request without its host.
 struct RawRequest {
     line: String,
     body: Vec<u8>,
@@ -54,7 +55,7 @@ impl ServiceReads {
         serving
     }
 
-    /// At most `most` bad reads of a kind, evenly over all.
+    /// Injects at most `most` bad reads of a kind, evenly spread.
     pub fn tally(&self, bench: &FaultBench, kind: FaultKind, most: u64, seed: u64) -> ReadTally {
         let points = kind.points(&self.counts);
         let mut tally = ReadTally { points, ..ReadTally::default() };
@@ -74,7 +75,7 @@ impl ServiceReads {
         tally
     }
 
-    /// How many answers are refusals. `Err`: the first that is another than a sound store's, and no refusal.
+    /// Counts refusals. `Err`: the first answer that is neither a refusal nor that of a sound store.
     fn judge(&self, answers: &[RawAnswer]) -> Result<usize, String> {
         let mut refusals = 0;
         for ((question, found), sound) in self.questions.iter().zip(answers).zip(&self.sound) {
@@ -89,7 +90,8 @@ impl ServiceReads {
         if health.status == 200 { Ok(refusals) } else { Err("it does not say how it is".into()) }
     }
 
-    /// Starts, asks everything, stops: the answers, and calls of each kind. `Err`: what it said instead of starting.
+    /// Starts the service, sends all requests, and stops it. Returns the answers, and the calls of each kind. `Err`:
+    /// the output if it did not start.
     fn run(&self, bench: &FaultBench, fault: InjectedFault) -> Result<(Vec<RawAnswer>, Vec<u64>), String> {
         bench.lay_out(&[("target.gpkg", self.store.clone())].into());
         let words = ["serve", "--onboard", "--listen", "127.0.0.1:0", "--db", "{}/target.gpkg"].map(Into::into);
@@ -99,7 +101,7 @@ impl ServiceReads {
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let json: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
         let mut errors = child.stderr.take().unwrap();
-        // Read beside, so that the service never waits for it.
+        // Read in a thread, so that the service never waits for it.
         let said = std::thread::spawn(move || {
             let mut said = String::new();
             errors.read_to_string(&mut said).unwrap();
@@ -171,7 +173,8 @@ fn no_fix(body: &[u8]) -> bool {
     json(body)["status"] == "no_fix"
 }
 
-/// Byte for byte; of a fix: the same place to 3 m, for a damaged tile is left out. Health may say anything.
+/// Whether two answers are equal: byte for byte; a fix within 3 m, because a damaged tile is left out. The health may
+/// say anything.
 fn same(found: &[u8], sound: &[u8]) -> bool {
     let (a, b) = (json(found), json(sound));
     let off_deg = |key: &str| Some((a[key].as_f64()? - b[key].as_f64()?).abs());

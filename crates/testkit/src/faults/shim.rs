@@ -1,4 +1,4 @@
-//! `Shim`: the layer of `fault.c`, compiled, and the faults it can make.
+//! `Shim`: the compiled layer of `fault.c`, and the faults it can inject.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,26 +16,26 @@ const LOOK: u32 = 256;
 const EIO: u32 = 5;
 const ENOSPC: u32 = 28;
 
-/// What goes wrong.
+/// A kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FaultKind {
     /// SIGKILL before a call that changes something.
     Kill,
-    /// SIGKILL amid a write, half of which is done.
+    /// SIGKILL in the middle of a write, half of which is done.
     Torn,
-    /// SIGKILL, and of what was not synced all or some is lost.
+    /// SIGKILL; some or all of the unsynced data is lost.
     Power,
     /// The disk is full from here on.
     Full,
-    /// No room this once.
+    /// The disk is full once.
     FullOnce,
     /// The disk fails from here on.
     Bad,
-    /// The disk fails this once.
+    /// The disk fails once.
     BadOnce,
-    /// Half of what was asked is read or written, which is no error.
+    /// Half of the data is read or written, which is not an error.
     Short,
-    /// A read finds the file's end where it is not.
+    /// A read finds the end of the file too early.
     End,
 }
 
@@ -60,7 +60,7 @@ impl FaultKind {
         }
     }
 
-    /// How many calls could meet it, of a run in which there were so many of each kind.
+    /// Number of calls that could meet the fault, from the calls of each kind.
     pub fn points(self, counts: &[u64]) -> u64 {
         (0..counts.len()).filter(|bit| self.calls() & (1 << bit) != 0).map(|bit| counts[bit]).sum()
     }
@@ -85,30 +85,30 @@ impl FaultKind {
     }
 }
 
-/// A fault: what, and at which of the calls that can have it, from 1. At 0 it never comes, and the calls are counted.
+/// A fault and the number of the call that meets it, from 1. At 0 the fault never happens, and calls are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InjectedFault {
     pub kind: FaultKind,
     pub at: u64,
 }
 
-/// What the layer tells of a run.
+/// The report of the layer about a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ShimReport {
-    /// The call that met the fault, and its file; `None` where the run ended before.
+    /// The call that met the fault, and its file; `None` if the run ended before.
     pub fired: Option<String>,
-    /// Calls of each kind; of a run that was not killed.
+    /// Calls of each kind, if the run was not killed.
     pub counts: Vec<u64>,
 }
 
-/// The layer, compiled.
+/// The compiled layer.
 pub struct Shim {
     library: PathBuf,
     report: PathBuf,
 }
 
 impl Shim {
-    /// Compiles it into `folder`. `Err`: why `program` cannot be run under it.
+    /// Compiles the layer into `folder`. `Err`: the reason why `program` cannot run under it.
     pub fn compile(folder: &Path, program: &Path) -> Result<Self, String> {
         if !cfg!(target_os = "linux") {
             return Err("faults are injected by LD_PRELOAD, which only Linux has".into());
@@ -130,9 +130,9 @@ impl Shim {
         if shim.report.exists() { Ok(shim) } else { Err("it is a static binary: LD_PRELOAD does not reach it".into()) }
     }
 
-    /// Lets `fault` befall `command` on files whose path begins with `under`.
+    /// Injects `fault` into `command`, for files whose path begins with `under`.
     pub fn arm(&self, command: &mut Command, under: &Path, fault: InjectedFault) {
-        // What an earlier run told.
+        // Removes the report of an earlier run.
         let _ = std::fs::remove_file(&self.report);
         command
             .env("LD_PRELOAD", &self.library)
@@ -145,7 +145,7 @@ impl Shim {
             .env("OVERFLY_FAULT_ERRNO", fault.kind.error_number().to_string());
     }
 
-    /// What the last armed run told.
+    /// The report of the last armed run.
     pub fn report(&self) -> ShimReport {
         let text = std::fs::read_to_string(&self.report).unwrap_or_default();
         let line = |word: &str| text.lines().find_map(|l| l.strip_prefix(word)).map(str::to_owned);

@@ -1,27 +1,27 @@
-//! `FaultTally`: many faults on an operation, and what came of them.
+//! `FaultTally`: many faults on one operation, and their results.
 
 use super::bench::{FaultBench, TargetState, Undisturbed};
 use super::operation::WriteOperation;
 use super::shim::{FaultKind, InjectedFault};
 use std::collections::BTreeMap;
 
-/// What came of faults of one kind on one operation.
+/// The results of faults of one kind on one operation.
 #[derive(Debug, Default)]
 pub struct FaultTally {
     /// Calls that could meet the fault.
     pub points: u64,
-    /// Faults that came.
+    /// Faults that were met.
     pub tried: u64,
-    /// Faults that were due after the run's end: how many calls there are varies a little from run to run.
+    /// Faults that were due after the end of the run: the number of calls varies a little from run to run.
     pub late: u64,
-    /// What stood at the target then.
+    /// The states of the target.
     pub ends: BTreeMap<TargetState, u64>,
     /// What is wrong with the program.
     pub failures: Vec<String>,
 }
 
 impl FaultTally {
-    /// At most `most` faults of a kind, evenly over all points where there are more.
+    /// Injects at most `most` faults of a kind, evenly spread over all points.
     pub fn run(
         bench: &FaultBench,
         operation: &WriteOperation,
@@ -49,14 +49,14 @@ impl FaultTally {
         tally
     }
 
-    /// How often the target ended so.
+    /// Number of runs after which the target had this state.
     pub fn ended(&self, end: TargetState) -> u64 {
         self.ends.get(&end).copied().unwrap_or(0)
     }
 }
 
-/// At most `most` of `1..=points`: the last few, where a target gets its name, and the others evenly from a place that `seed`
-/// chooses.
+/// Chooses at most `most` of `1..=points`: the last few, where a target gets its name, and the others evenly, from a
+/// start that `seed` chooses.
 pub fn spread(points: u64, most: u64, seed: u64) -> Vec<u64> {
     if most >= points {
         return (1..=points).collect();

@@ -1,4 +1,4 @@
-//! A plain HTTP client over one connection that is kept, and the service that it asks.
+//! A plain HTTP client with one kept connection, and the service that it asks.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-/// An answer, read whole.
+/// A complete answer.
 pub struct HttpReply {
     pub status: u16,
     pub retry_after: bool,
@@ -14,7 +14,7 @@ pub struct HttpReply {
 }
 
 impl HttpReply {
-    /// The code word of a problem document, empty where it is none.
+    /// The error code of a problem document; empty if there is none.
     pub fn code(&self) -> String {
         let json: serde_json::Value = serde_json::from_slice(&self.body).unwrap_or_default();
         json["code"].as_str().unwrap_or("").to_owned()
@@ -32,7 +32,7 @@ impl HttpClient {
         Self { address: address.to_owned(), stream: None }
     }
 
-    /// A connection of its own, that this client does not keep.
+    /// Opens a connection that this client does not keep.
     pub fn connect(&self) -> std::io::Result<TcpStream> {
         let stream = TcpStream::connect(&self.address)?;
         stream.set_read_timeout(Some(Duration::from_secs(90)))?;
@@ -40,7 +40,7 @@ impl HttpClient {
         Ok(stream)
     }
 
-    /// Sends a whole request and reads its answer; once more where the kept connection had been closed.
+    /// Sends a complete request and reads its answer. Tries again if the kept connection had been closed.
     pub fn send(&mut self, request: &[u8]) -> std::io::Result<HttpReply> {
         let was_kept = self.stream.is_some();
         match self.try_send(request) {
@@ -54,7 +54,7 @@ impl HttpClient {
             Some(stream) => stream,
             None => BufReader::new(self.connect()?),
         };
-        // A service that refuses early may close before it has read everything; its answer tells.
+        // A service that refuses early may close before it has read everything; its answer tells why.
         let sent = stream.get_mut().write_all(request);
         let (reply, keep) = read(&mut stream).or_else(|e| sent.and(Err(e)))?;
         if keep {
@@ -68,7 +68,7 @@ impl HttpClient {
     }
 }
 
-/// Reads one answer; whether the connection can be used again.
+/// Reads one answer, and whether the connection can be used again.
 pub fn read(stream: &mut BufReader<TcpStream>) -> std::io::Result<(HttpReply, bool)> {
     let broken = |what: &str| std::io::Error::other(format!("no HTTP answer: {what}"));
     let mut line = String::new();
@@ -96,7 +96,7 @@ pub fn get(path: &str) -> Vec<u8> {
     format!("GET {path} HTTP/1.1\r\nhost: o\r\n\r\n").into_bytes()
 }
 
-/// A form's request: names and bytes of its parts.
+/// A multipart form request from the names and bytes of its parts.
 pub fn post(path: &str, parts: &[(&str, &[u8])]) -> Vec<u8> {
     let mut body = Vec::new();
     for (name, bytes) in parts {
@@ -121,7 +121,7 @@ pub struct ServedStore {
 }
 
 impl ServedStore {
-    /// Starts `program` over a store, with further arguments; what it logs goes to `log`.
+    /// Starts `program` over a store, with further arguments; its log goes to `log`.
     pub fn start(program: &Path, db: &Path, arguments: &[String], log: &Path) -> Result<Self, String> {
         let mut command = Command::new(program);
         command.arg("serve").arg("--db").arg(db).args(["--onboard", "--listen", "127.0.0.1:0"]).args(arguments);
@@ -158,7 +158,7 @@ impl ServedStore {
         matches!(self.child.try_wait(), Ok(None))
     }
 
-    /// A field of its `/proc` status in kilobytes: `VmRSS` now, `VmHWM` at most so far.
+    /// A field of the process's `/proc` status in kilobytes: `VmRSS` now, `VmHWM` at most so far.
     pub fn memory_kb(&self, field: &str) -> u64 {
         let text = std::fs::read_to_string(format!("/proc/{}/status", self.pid())).unwrap_or_default();
         let line = text.lines().find(|l| l.starts_with(field)).unwrap_or("");

@@ -1,4 +1,4 @@
-//! What happens to a card and its file while they are in use.
+//! Faults of a memory card and its file while they are in use.
 
 use super::client::{HttpClient, ServedStore};
 use super::question::{AnswerVerdict, QuestionKind, Questions, judge_answer};
@@ -9,18 +9,18 @@ use std::fs::{File, Permissions};
 use std::os::unix::fs::{FileExt, PermissionsExt};
 use std::path::Path;
 
-/// Turns one bit of a tile's imagery over, wherever in the file that stands. The file keeps its date: so rots a card.
+/// Flips one bit of a tile's imagery in the file. The file keeps its date, as on a card that rots.
 pub struct BitRot {
     sound: Vec<u8>,
 }
 
 impl BitRot {
-    /// Of the store at `path` while it is sound.
+    /// Reads the store at `path` while it is sound.
     pub fn read(path: &Path) -> Self {
         Self { sound: std::fs::read(path).unwrap() }
     }
 
-    /// Damages some base tiles of the sound store `from` in its copy `path`, none of `spared`; `seed` tells which.
+    /// Damages some base tiles of the sound store `from` in its copy `path`, none of `spared`; `seed` chooses them.
     pub fn damage(
         &self,
         from: &Path,
@@ -38,7 +38,7 @@ impl BitRot {
             let tile = candidates[(seed + k * 7) % candidates.len()];
             let image = reader.encoded_tile(layer, tile).unwrap().unwrap().bytes;
             let needle = &image[image.len() / 2..image.len() / 2 + 40];
-            // The same picture may stand under several names; all of them are damaged then, or this place is another's.
+            // The same picture can stand under several names; all of them are damaged then.
             let places: Vec<usize> = find_all(&self.sound, needle);
             let file = File::options().write(true).read(true).open(path).unwrap();
             let date = file.metadata().unwrap().modified().unwrap();
@@ -63,7 +63,7 @@ fn find_all(bytes: &[u8], needle: &[u8]) -> Vec<usize> {
         .collect()
 }
 
-/// What is done to the file under a running service.
+/// A fault of the file under a running service.
 #[derive(Debug, Clone, Copy)]
 pub enum FileFault {
     Removed,
@@ -75,13 +75,13 @@ pub enum FileFault {
 pub const FAULTS: [FileFault; 4] =
     [FileFault::Removed, FileFault::Replaced, FileFault::Truncated, FileFault::Unreadable];
 
-/// Whether permissions bind whoever runs this.
+/// Whether file permissions bind this process.
 pub fn permissions_bind(path: &Path) -> bool {
     File::open(path).is_err()
 }
 
-/// Does a fault to the store at `path`, asks, heals it and starts the service again. What went wrong, nothing otherwise. Returns
-/// how many questions were asked.
+/// Applies a fault to the store at `path`, asks, heals the store and starts the service again. Returns the number of
+/// requests and what went wrong.
 pub fn endure(
     fault: FileFault,
     sound: &Path,
@@ -122,7 +122,7 @@ pub fn endure(
     (asked + 2, wrong)
 }
 
-/// Does it; whether the service should still be ready.
+/// Applies a fault. Returns whether the service should still be ready.
 fn injure(fault: FileFault, sound: &Path, path: &Path) -> bool {
     match fault {
         FileFault::Removed => std::fs::remove_file(path).unwrap(),
@@ -137,7 +137,7 @@ fn injure(fault: FileFault, sound: &Path, path: &Path) -> bool {
         }
         FileFault::Unreadable => {
             std::fs::set_permissions(path, Permissions::from_mode(0o000)).unwrap();
-            // Root reads what nobody may.
+            // Root can read any file.
             return !permissions_bind(path);
         }
     }
@@ -145,12 +145,12 @@ fn injure(fault: FileFault, sound: &Path, path: &Path) -> bool {
 }
 
 fn heal(sound: &Path, path: &Path) {
-    // The place may be empty.
+    // The file may be absent.
     let _ = std::fs::remove_file(path);
     std::fs::copy(sound, path).unwrap();
 }
 
-/// Some questions of each kind. While `injured` a refusal (5xx) is as right as a right answer, anything else is wrong.
+/// Asks some questions of each kind. While `injured`, an error (5xx) is as right as a right answer.
 fn inquire(client: &mut HttpClient, questions: &Questions, when: &str, injured: bool, wrong: &mut Vec<String>) -> u64 {
     let mut asked = 0;
     for (kind, count) in [

@@ -1,5 +1,5 @@
-//! A soak: the service onboard under many mixed requests with faults, its answers held against what is right, its memory watched.
-//! Used by the tests in short form and by the example `soak` in long form.
+//! A soak: the onboard service under many mixed requests with faults, with every answer checked and its memory
+//! measured. The tests use a short soak, the example `soak` a long one.
 
 pub mod client;
 pub mod fault;
@@ -16,36 +16,36 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// The process at one moment.
+/// The memory of the process at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct MemoryReading {
     pub asked: u64,
-    /// Once all requests have their answers.
+    /// Resident memory once all requests have their answers.
     pub resident_kb: u64,
-    /// While they were asked since the last reading, the mean over time.
+    /// Mean resident memory since the last reading, over time.
     pub mean_resident_kb: u64,
     pub most_resident_kb: u64,
 }
 
-/// What came of a soak.
+/// The result of a soak.
 pub struct SoakResult {
     pub tally: SoakTally,
     pub readings: Vec<MemoryReading>,
     pub lives: bool,
 }
 
-/// What is soaked.
+/// The options of a soak.
 pub struct SoakPlan<'a> {
     pub requests: u64,
     pub connections: u64,
     pub seed: u64,
-    /// The store served and the sound one that it is a copy of, where tiles are to rot meanwhile.
+    /// The served store and the sound one that it is a copy of, if tiles rot during the soak.
     pub rotting: Option<(&'a Path, &'a Path)>,
-    /// Whether the ground over which fixes are asked for stays sound, so that all are found.
+    /// Whether the ground of the requested fixes stays sound, so that all are found.
     pub spares_landscape: bool,
 }
 
-/// Asks; memory is read after 1, 10, 50 and 100 % of the requests, and before the last two some more tiles rot.
+/// Sends all requests. Memory is measured after 1, 10, 50 and 100 % of them, and more tiles rot before the last two.
 pub fn soak(serving: &mut ServedStore, questions: &Questions, plan: &SoakPlan<'_>) -> SoakResult {
     let rot = plan.rotting.map(|(_, sound)| BitRot::read(sound));
     let mut damaged: BTreeSet<TileId> = BTreeSet::new();
@@ -67,7 +67,7 @@ pub fn soak(serving: &mut ServedStore, questions: &Questions, plan: &SoakPlan<'_
             (asked, watched.join().unwrap())
         });
         tally = tally.with(asked);
-        // What clients left half done ends.
+        // Lets requests that clients abandoned end.
         std::thread::sleep(Duration::from_secs(1));
         readings.push(MemoryReading {
             asked: to,
@@ -80,7 +80,7 @@ pub fn soak(serving: &mut ServedStore, questions: &Questions, plan: &SoakPlan<'_
     SoakResult { tally, readings, lives: serving.lives() }
 }
 
-/// The mean of what is resident, read ten times a second for as long as is asked.
+/// Mean resident memory, measured ten times a second while requests are sent.
 fn mean_resident_kb(serving: &ServedStore, asking: &AtomicBool) -> u64 {
     let (mut sum, mut count) = (0, 0);
     while count == 0 || asking.load(Ordering::Relaxed) {
@@ -91,7 +91,7 @@ fn mean_resident_kb(serving: &ServedStore, asking: &AtomicBool) -> u64 {
     sum / count
 }
 
-/// Whether a tile belongs to the ground over which fixes are asked for.
+/// Whether a tile belongs to the ground of the requested fixes.
 fn is_landscape(tile: TileId) -> bool {
     let c = tile.centre();
     (48.47..48.51).contains(&c.latitude_deg()) && (15.58..15.65).contains(&c.longitude_deg())

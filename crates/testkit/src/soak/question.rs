@@ -1,4 +1,4 @@
-//! Questions whose right answers are known beforehand, and what is to be made of an answer.
+//! Questions with known answers, and the check of an answer.
 
 use super::client::{HttpReply, get, post};
 use overfly_core::geodesy::{Geodetic, geodesic_between};
@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 
-/// What is asked.
+/// A kind of question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum QuestionKind {
     Tile,
@@ -26,16 +26,16 @@ pub enum QuestionKind {
     Malformed,
 }
 
-/// What a right answer is.
+/// The right answer to a question.
 #[derive(Debug, Clone)]
 pub enum ExpectedAnswer {
-    /// These bytes, by their BLAKE3.
+    /// Bytes with this BLAKE3 hash.
     Bytes(blake3::Hash),
     /// Anything with status 200.
     Good,
-    /// A refusal, 4xx.
+    /// An error, 4xx.
     Refusal,
-    /// A fix within this many metres of a place, or none.
+    /// A fix within this many metres of a place, or no fix.
     FixNear(Geodetic, f64),
     /// No fix.
     NoFix,
@@ -45,13 +45,13 @@ pub enum ExpectedAnswer {
 
 pub struct SoakQuestion {
     pub kind: QuestionKind,
-    /// The tile asked for, where it is one.
+    /// The requested tile, if any.
     pub tile: Option<TileId>,
     pub request: Vec<u8>,
     pub expected: ExpectedAnswer,
 }
 
-/// What an answer is worth.
+/// The check of an answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AnswerVerdict {
     Right,
@@ -59,12 +59,12 @@ pub enum AnswerVerdict {
     Found,
     /// 503 with Retry-After.
     Busy,
-    /// The store refuses to be asked for more than memory holds.
+    /// The service refuses a request that needs more memory than allowed.
     TooMuch,
     Wrong(String),
 }
 
-/// Weighs an answer.
+/// Checks an answer.
 pub fn judge_answer(question: &SoakQuestion, reply: &HttpReply) -> AnswerVerdict {
     let wrong = |why: String| {
         let body = String::from_utf8_lossy(&reply.body[..reply.body.len().min(400)]).into_owned();
@@ -116,13 +116,13 @@ pub fn judge_answer(question: &SoakQuestion, reply: &HttpReply) -> AnswerVerdict
     }
 }
 
-/// Everything that is asked, by kind.
+/// All questions, by kind.
 pub struct Questions(pub HashMap<QuestionKind, Vec<SoakQuestion>>);
 
-/// Where the ground of `tiles/` lies: nothing else in any store looks like it. West, south, east, north.
+/// Bounds of the ground of `tiles/`, which nothing else in any store resembles: west, south, east, north.
 const LANDSCAPE_DEG: [f64; 4] = [15.5951, 48.4803, 15.6335, 48.5020];
 
-/// How many of each kind.
+/// Numbers of questions.
 #[derive(Debug, Clone, Copy)]
 pub struct QuestionCounts {
     pub tiles: usize,
@@ -131,7 +131,8 @@ pub struct QuestionCounts {
 }
 
 impl Questions {
-    /// Of a sound store: what is right is worked out from it, candidates by holding every footprint against the region.
+    /// Makes questions about a sound store. The right answers come from the store; those about candidates from
+    /// comparing every footprint with the region.
     pub fn new(db: &Path, pool: QuestionCounts, seed: u64) -> Self {
         let reader = Reader::open(db).unwrap();
         let layer = &reader.layers()[0];
@@ -212,7 +213,7 @@ fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng
     (0..count)
         .map(|i| {
             let place = base[dice.random_range(0..base.len())].tile.centre();
-            // Mostly what a flight asks, sometimes much more.
+            // Mostly as large as in flight, sometimes much larger.
             let size_m = 10f64.powf(dice.random_range(1.3..if i % 10 == 0 { 4.5 } else { 3.2 }));
             let known = CandidateParameters {
                 latitude_deg: Some(place.latitude_deg()),
@@ -286,7 +287,7 @@ fn query(p: &CandidateParameters) -> String {
     pairs.join("&")
 }
 
-/// A tile's middle as an aircraft straight above it sees it.
+/// The middle of a tile as an aircraft straight above it sees it.
 fn frame(tile: &image::DynamicImage, corner: [u32; 2]) -> Vec<u8> {
     let mut png = Cursor::new(Vec::new());
     tile.crop_imm(corner[0], corner[1], 320, 240).to_rgb8().write_to(&mut png, image::ImageFormat::Png).unwrap();
@@ -311,7 +312,7 @@ fn landscape(reader: &Reader, layer: &Layer, base: &[Footprint]) -> Vec<(TileId,
     base.iter().filter(inside).map(image).collect()
 }
 
-/// Frames over their ground, frames searched for elsewhere or of nothing, frames with hardly any prior.
+/// Frames over their ground; frames searched elsewhere, or of nothing; frames with hardly any prior.
 fn fixes(
     reader: &Reader,
     layer: &Layer,
@@ -369,7 +370,7 @@ fn motions(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dic
         .collect()
 }
 
-/// What nobody should send.
+/// Malformed requests.
 fn malformed() -> Vec<SoakQuestion> {
     let raw = |text: &str| text.as_bytes().to_vec();
     let mut requests = vec![

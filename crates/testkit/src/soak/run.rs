@@ -1,4 +1,4 @@
-//! Many mixed requests on several connections at once, among them such as break off half-way; every answer weighed.
+//! Many mixed requests on several connections, some abandoned half-way; every answer is checked.
 
 use super::client::{HttpClient, ServedStore, read};
 use super::question::{AnswerVerdict, QuestionKind, Questions, SoakQuestion, judge_answer};
@@ -10,7 +10,7 @@ use std::io::{BufReader, Write};
 use std::ops::Range;
 use std::time::Duration;
 
-/// In what proportion what is asked: parts of 10,000.
+/// The mix of requests, in parts of 10,000.
 pub const MIX: &[(ClientBehaviour, u32)] = &[
     (ClientBehaviour::Whole(QuestionKind::Tile), 5_300),
     (ClientBehaviour::Whole(QuestionKind::Candidates), 2_600),
@@ -26,39 +26,39 @@ pub const MIX: &[(ClientBehaviour, u32)] = &[
     (ClientBehaviour::Slow, 17),
 ];
 
-/// How a client behaves.
+/// The behaviour of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ClientBehaviour {
-    /// Sends all and waits for the answer.
+    /// Sends the whole request and waits for the answer.
     Whole(QuestionKind),
     /// Breaks off in the middle of a request.
     Dropped,
-    /// Sends the frame of a fix and goes away while it is searched for.
+    /// Sends the frame of a fix and goes away during the search.
     Vanished,
     /// Sends a head in two pieces, with a pause.
     Slow,
 }
 
-/// What came of one kind of request.
+/// The results of one kind of request.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RequestCounts {
     pub asked: u64,
     pub right: u64,
-    /// Of these such as found something: a fix, a motion.
+    /// Right answers with a fix or a motion.
     pub found: u64,
     /// 503 with Retry-After.
     pub busy: u64,
-    /// Refused because more would be needed than may be held.
+    /// Refused because the request needs too much memory.
     pub too_much: u64,
-    /// 500 on a tile that was damaged on purpose.
+    /// 500 for a tile that was damaged on purpose.
     pub damaged: u64,
 }
 
-/// What came of many requests.
+/// The results of many requests.
 #[derive(Debug, Clone, Default)]
 pub struct SoakTally {
     pub counts: BTreeMap<String, RequestCounts>,
-    /// Wrong answers and connections that failed; none may be.
+    /// Wrong answers and failed connections. There must be none.
     pub wrong: Vec<String>,
 }
 
@@ -105,15 +105,15 @@ impl SoakTally {
 
 enum RequestOutcome {
     Weighed(AnswerVerdict),
-    /// Nobody waited for an answer.
+    /// The client did not wait for an answer.
     Unanswered,
-    /// Refused as damaged, rightly.
+    /// The service rightly reported a damaged tile.
     Damaged,
     Failed(String),
 }
 
-/// Sends requests number `numbers` of a stream that `seed` tells apart, on `connections` connections at once. Of the tiles
-/// `damaged` nothing may be given.
+/// Sends the requests `numbers` of the stream of `seed`, on `connections` connections at once. Tiles in `damaged`
+/// must not be served.
 pub fn ask(
     serving: &ServedStore,
     questions: &Questions,

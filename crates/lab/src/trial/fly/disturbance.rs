@@ -1,4 +1,4 @@
-//! What a replayed flight is troubled with, to see how navigation bears it.
+//! `Disturbances`: the disturbances of a replayed flight, to test how navigation copes with them.
 
 use overfly_core::pixels::Gray;
 use rand::seq::index::sample;
@@ -6,31 +6,31 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::HashSet;
 
-/// Troubles of one flight. The same seed, the same troubles.
+/// The disturbances of one flight. The same seed gives the same disturbances.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Disturbances {
-    /// The stated start lies this far from the true one, in a direction drawn, metres.
+    /// Distance of the stated start from the true one, in a random direction, metres.
     pub start_error_m: f64,
-    /// First image (counted from 0) and number of images that are black.
+    /// First black image (counted from 0) and number of black images.
     pub blackout: Option<(usize, usize)>,
     /// Share of images that show nothing but cloud.
     pub cloud_share: f64,
-    /// What the compass says too much all along, radians.
+    /// Constant error of the compass, radians.
     pub heading_bias_rad: f64,
-    /// Of all that is drawn.
+    /// Seed of everything random.
     pub seed: u64,
 }
 
-/// Side of a cloud's grid of values, pixels.
+/// Cell size of a cloud's grid, pixels.
 const CLOUD_PX: usize = 48;
 
 impl Disturbances {
-    /// Direction of the start's error, radians clockwise from north.
+    /// Direction of the error of the start, radians clockwise from north.
     pub fn start_bearing_rad(&self) -> f64 {
         ChaCha8Rng::seed_from_u64(self.seed).random_range(0.0..std::f64::consts::TAU)
     }
 
-    /// The images, by number, that show cloud.
+    /// The numbers of the images that show cloud.
     pub fn clouded(&self, images: usize) -> HashSet<usize> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(1);
@@ -38,7 +38,7 @@ impl Disturbances {
         sample(&mut rng, images, count).into_iter().collect()
     }
 
-    /// Whether nothing can be seen on an image.
+    /// Whether an image shows nothing of the ground.
     pub fn hides(&self, number: usize, clouded: &HashSet<usize>) -> bool {
         clouded.contains(&number) || self.is_black(number)
     }
@@ -47,7 +47,7 @@ impl Disturbances {
         self.blackout.is_some_and(|(first, count)| (first..first.saturating_add(count)).contains(&number))
     }
 
-    /// An image as it is seen.
+    /// Returns the image as the camera sees it.
     pub fn seen(&self, number: usize, image: Gray, clouded: &HashSet<usize>) -> Gray {
         if self.is_black(number) {
             Gray::filled(image.width_px(), image.height_px(), 0.0)
@@ -61,7 +61,7 @@ impl Disturbances {
     }
 }
 
-/// Bright billows and the sensor's noise.
+/// Draws bright billows with the sensor's noise.
 fn cloud(width_px: usize, height_px: usize, rng: &mut ChaCha8Rng) -> Gray {
     let columns = width_px / CLOUD_PX + 2;
     let knots: Vec<f32> = (0..columns * (height_px / CLOUD_PX + 2)).map(|_| rng.random_range(190.0..250.0)).collect();

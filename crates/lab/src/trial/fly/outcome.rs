@@ -7,17 +7,17 @@ use overfly_flight::navigate::Position;
 /// One image of a replayed flight.
 #[derive(Debug, Clone)]
 pub struct FlyOutcome {
-    /// As `flight.csv` names it.
+    /// Name in `flight.csv`.
     pub image: String,
-    /// Where it was put.
+    /// The position that navigation gives.
     pub position: Position,
-    /// Where it was.
+    /// The true position.
     pub truth: Geodetic,
-    /// Less truth, metres.
+    /// Position minus truth, metres.
     pub error: Enu,
-    /// How far the fix begun at this image is from its truth, metres; `None` without one.
+    /// Error of the fix that was begun at this image, metres; `None` without one.
     pub fix_error_m: Option<f64>,
-    /// Whether the image showed nothing.
+    /// Whether the image shows nothing of the ground.
     pub is_hidden: bool,
 }
 

@@ -1,35 +1,35 @@
-//! `FlightScale`: one factor for all heights of a flight, and what dead reckoning is worth with it.
+//! `FlightScale`: one factor for all heights of a flight, and the error of dead reckoning with it.
 //!
-//! A nominal focal length and an altimeter that is off stretch every step alike. One factor takes both out.
+//! A wrong focal length and a wrong altimeter stretch every step by the same factor. This factor removes both errors.
 
 use super::outcome::FlyOutcome;
 use overfly_core::geodesy::{Enu, LocalFrame};
 use serde::Serialize;
 
-/// What told the factor.
+/// The source of the factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScaleSource {
-    /// The flight's own fixes.
+    /// The fixes of the flight.
     Fixes,
-    /// The true track, by least squares: what one factor could do at best, for flights without fixes.
+    /// The true track, by least squares: the best that one factor can do, for flights without fixes.
     Truth,
 }
 
-/// True height over what the altimeter says, one for the flight.
+/// Ratio of the true height to the altimeter's, one for the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FlightScale {
     /// The factor.
     pub ratio: f64,
-    /// One standard deviation of it, as a ratio; absent where truth told it.
+    /// One standard deviation of the factor, as a ratio; absent if the factor comes from the truth.
     pub sigma_ratio: Option<f64>,
-    /// What told it.
+    /// The source of the factor.
     pub from: ScaleSource,
 }
 
 impl FlightScale {
-    /// As the last position of a flight knows it from fixes; else from truth and dead reckoning, run by run. `None` where there is
-    /// neither fix nor way.
+    /// Takes the factor from the last position of a flight with fixes; otherwise estimates it from truth and dead
+    /// reckoning, run by run. `None` without fixes and without a way.
     pub fn estimate(outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>]) -> Option<Self> {
         let fixed = outcomes.last().map(|o| &o.position).filter(|p| p.fix_age_s.is_some());
         if let Some(last) = fixed {
@@ -44,7 +44,7 @@ impl FlightScale {
         (square > 0.0).then(|| Self { ratio: product / square, sigma_ratio: None, from: ScaleSource::Truth })
     }
 
-    /// How far off the end of a run is whose steps are all scaled, metres.
+    /// Error at the end of a run whose steps are all scaled, metres.
     pub fn end_error_m(&self, run: &[FlyOutcome]) -> f64 {
         let [Some(first), Some(last)] = [run.first(), run.last()] else { return 0.0 };
         let (truth, found) = ways(first, last);
@@ -52,7 +52,7 @@ impl FlightScale {
     }
 }
 
-/// The true way and the found one since a run began.
+/// The true displacement and the found one since a run began.
 fn ways(first: &FlyOutcome, now: &FlyOutcome) -> (Enu, Enu) {
     let since = |from, to| LocalFrame::at(from).enu_from_geodetic(to);
     (since(first.truth, now.truth), since(first.position.position, now.position.position))
@@ -64,7 +64,7 @@ mod tests {
     use overfly_core::geodesy::Geodetic;
     use overfly_flight::navigate::{Position, PositionSource};
 
-    /// A flight east in steps of 100 m that dead reckoning takes for `reckoned_m` each.
+    /// A flight to the east in steps of 100 m, which dead reckoning takes for `reckoned_m` each.
     fn run(reckoned_m: f64, height_scale: f64, fix_age_s: Option<f64>) -> Vec<FlyOutcome> {
         let start = Geodetic::from_degrees(47.0, -99.0).unwrap();
         let at = |east_m| LocalFrame::at(start).geodetic_from_enu(Enu { east_m, north_m: 0.0 }).unwrap();

@@ -1,4 +1,4 @@
-//! `FlyScore`: what a replayed flight is worth against truth.
+//! `FlyScore`: the score of a replayed flight against the truth.
 
 use super::outcome::FlyOutcome;
 use super::scale::FlightScale;
@@ -10,55 +10,56 @@ use serde::Serialize;
 /// The summary of `fly`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FlyScore {
-    /// How registrations were coupled.
+    /// The coupling mode.
     pub mode: Mode,
-    /// Images.
+    /// Number of images.
     pub frames: usize,
-    /// Absolute registrations that said where the image is, taken in or not.
+    /// Absolute registrations with a fix, accepted by the filter or not.
     pub fixes: usize,
-    /// Of these, those farther than `right_m` from the truth.
+    /// Fixes farther than `right_m` from the truth.
     #[serde(rename = "false")]
     pub wrong: usize,
-    /// Of all positions, propagated ones too, metres.
+    /// Errors of all positions, propagated ones included, metres.
     pub position_error_m: Option<Quantiles>,
-    /// Of dead reckoning by relative registrations alone, from the true start of each run between pauses, metres.
+    /// Errors of dead reckoning by relative registrations alone, from the true start of each run between pauses,
+    /// metres.
     pub dead_reckoning_error_m: Option<Quantiles>,
-    /// Share of positions whose truth lies in their own 95 % ellipse.
+    /// Share of positions whose own 95 % ellipse contains the truth.
     pub ellipse95_coverage: Option<f64>,
     /// Absolute registrations begun.
     pub absolute_count: usize,
     /// Relative registrations tried.
     pub relative_count: usize,
-    /// Clear images from the last trouble (hidden images, or the start) until positions were within `right_m` for good; `None`
-    /// where they never were.
+    /// Clear images from the last disturbance (hidden images, or the start) until positions stayed within `right_m`;
+    /// `None` if they never did.
     pub recovered_after_frames: Option<usize>,
-    /// What counts as right, metres.
+    /// Greatest error of a right position, metres.
     pub right_m: f64,
     /// One factor for all heights of the flight.
     pub scale: Option<FlightScale>,
-    /// Dead reckoning, run by run.
+    /// The score of dead reckoning, run by run.
     pub dead_reckoning_runs: Vec<RunScore>,
 }
 
-/// One run of dead reckoning, between pauses.
+/// The score of one run of dead reckoning, between pauses.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunScore {
-    /// The first image.
+    /// Name of the first image.
     pub image: String,
-    /// Images.
+    /// Number of images.
     pub frames: usize,
-    /// Length of the true way, metres.
+    /// Length of the true path, metres.
     pub path_m: f64,
     /// Error at the last image, metres.
     pub end_error_m: f64,
-    /// That over the way.
+    /// Error at the last image over the length of the path.
     pub end_error_share: f64,
-    /// The same once all steps of the flight are scaled by [`FlyScore::scale`].
+    /// The same if all steps are scaled by [`FlyScore::scale`].
     pub scaled_end_error_share: Option<f64>,
 }
 
 impl FlyScore {
-    /// Scores a flight beside its dead reckoning.
+    /// Scores a flight and its dead reckoning.
     pub fn from_outcomes(mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> Self {
         let length_m = |o: &FlyOutcome| o.error.length_m();
         let fix_errors: Vec<f64> = outcomes.iter().filter_map(|o| o.fix_error_m).collect();
@@ -87,7 +88,8 @@ fn is_in_ellipse95(o: &FlyOutcome) -> bool {
     EnuCovariance::from(o.position.covariance_m2).contains_95(o.error)
 }
 
-/// Clear images between the last hidden one (or the start) and the first from which on every position is right.
+/// Number of clear images between the last hidden one (or the start) and the first from which on every position is
+/// right.
 fn recovered_after(outcomes: &[FlyOutcome], right_m: f64) -> Option<usize> {
     let begin = outcomes.iter().rposition(|o| o.is_hidden).map_or(0, |last| last + 1);
     let last_wrong = outcomes.iter().rposition(|o| o.error.length_m() > right_m && !o.is_hidden);

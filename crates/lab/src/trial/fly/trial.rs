@@ -14,19 +14,19 @@ use std::sync::Arc;
 /// A flight to replay.
 #[derive(Debug, Clone)]
 pub struct FlyTrial<'a> {
-    /// Where frames are looked for.
+    /// The store in which frames are searched.
     pub store: &'a Reader,
-    /// The frames.
+    /// The recorded flight.
     pub flight: &'a RecordedFlight,
-    /// What it is troubled with.
+    /// The disturbances.
     pub disturbances: Disturbances,
 }
 
 impl FlyTrial<'_> {
-    /// Flies; `progress` is called after each image.
+    /// Replays the flight; calls `progress` after each image.
     ///
     /// # Errors
-    /// Where a frame has no truth, cannot be decoded, or the store fails.
+    /// If a frame has no truth or cannot be decoded, or the store fails.
     pub fn run(
         &self,
         options: &NavigateOptions,
@@ -35,10 +35,11 @@ impl FlyTrial<'_> {
         self.fly(&self.flight.frames, options, &mut progress)
     }
 
-    /// Dead reckoning: each run between pauses by relative registrations alone from its true start, untroubled.
+    /// Dead reckoning: replays each run between pauses by relative registrations alone, from its true start and
+    /// without disturbances.
     ///
     /// # Errors
-    /// As [`FlyTrial::run`].
+    /// Like [`FlyTrial::run`].
     pub fn reckon(
         &self,
         options: &NavigateOptions,
@@ -85,7 +86,7 @@ impl FlyTrial<'_> {
         frame.true_position.ok_or(TrialError::NoTruth { path: self.flight.path.clone(), line: frame.line })
     }
 
-    /// The stated start.
+    /// The stated start of the flight.
     fn start(&self, truth: Geodetic) -> Result<Geodetic, NavigateError> {
         let (sin, cos) = self.disturbances.start_bearing_rad().sin_cos();
         let length_m = self.disturbances.start_error_m;

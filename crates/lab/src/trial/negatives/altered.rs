@@ -1,9 +1,9 @@
-//! Real frames made to fit nowhere: mirrored, turned, magnified, or lent another camera.
+//! Real frames changed so that they fit nowhere: mirrored, turned, magnified, or given another camera.
 
 use overfly_core::camera::{CameraError, Intrinsics, View};
 use overfly_core::pixels::Gray;
 
-/// A frame and how its camera is said to have looked.
+/// A frame and the stated view of its camera.
 pub struct ShownFrame {
     /// The frame.
     pub gray: Gray,
@@ -11,7 +11,7 @@ pub struct ShownFrame {
     pub view: View,
 }
 
-/// Left and right exchanged, camera and roll with them: what the same flight over a mirrored world would have seen.
+/// Mirrors the frame, its camera and its roll: the frame that the same flight over a mirrored world would have taken.
 pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
     let (width, height) = (frame.width_px(), frame.height_px());
     let mut gray = frame.clone();
@@ -36,10 +36,10 @@ pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
     ShownFrame { gray, view }
 }
 
-/// The middle square of the frame turned clockwise by a number of quarter turns.
+/// Cuts the middle square of the frame and turns it clockwise by a number of quarter turns.
 ///
 /// # Errors
-/// Where the camera did not take this frame.
+/// If the camera cannot have taken this frame.
 pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, CameraError> {
     let (width, height) = (frame.width_px(), frame.height_px());
     let side = width.min(height);
@@ -79,7 +79,7 @@ pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, 
     Ok(ShownFrame { gray, view })
 }
 
-/// The frame's middle at `factor` times its scale, in the frame's own size.
+/// Magnifies the middle of the frame by `factor`; the size of the frame stays.
 pub fn magnified(frame: &Gray, factor: f64) -> Gray {
     let (width, height) = (frame.width_px(), frame.height_px());
     let (cx, cy) = (width as f64 / 2.0, height as f64 / 2.0);
@@ -90,11 +90,11 @@ pub fn magnified(frame: &Gray, factor: f64) -> Gray {
     Gray::from_values(width, height, (0..width * height).map(value).collect()).expect("one value for each pixel")
 }
 
-/// The middle of an image at another size: cut to that aspect, then shrunk or stretched.
+/// Fits an image to another size: cuts its middle to that aspect, then shrinks or stretches it.
 pub fn fitted(image: &Gray, width: usize, height: usize) -> Gray {
     let (own_width, own_height) = (image.width_px() as f64, image.height_px() as f64);
     let per_px = (own_width / width as f64).min(own_height / height as f64);
-    // Shrunk first by area, so that the sampling below does not skip pixels.
+    // Shrunk by area first, so that the sampling below does not skip pixels.
     let shrink = per_px.max(1.0);
     let small = image.shrunk((own_width / shrink).round() as usize, (own_height / shrink).round() as usize);
     let step = per_px / shrink;

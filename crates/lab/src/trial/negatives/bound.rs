@@ -1,7 +1,7 @@
 //! Exact bounds on a rate from a count.
 
-/// The largest rate under which `count` or fewer of `trials` would still come up with a chance of 5 %: the one-sided
-/// 95 % bound of Clopper and Pearson, 3 / `trials` (the rule of three) where the count is zero. 1 without trials.
+/// The one-sided 95 % upper bound on a rate (Clopper and Pearson): the largest rate under which `count` or fewer of
+/// `trials` have a probability of 5 %. For a count of zero about 3 / `trials` (the rule of three); 1 without trials.
 pub fn upper95(count: usize, trials: usize) -> f64 {
     if count >= trials {
         return 1.0;
@@ -9,7 +9,8 @@ pub fn upper95(count: usize, trials: usize) -> f64 {
     bisected(|rate| at_most(count, trials, rate) > 0.05)
 }
 
-/// The smallest rate under which `count` or more of `trials` would still come up with a chance of 5 %; 0 for none.
+/// The one-sided 95 % lower bound on a rate: the smallest rate under which `count` or more of `trials` have a
+/// probability of 5 %; 0 for a count of zero.
 pub fn lower95(count: usize, trials: usize) -> f64 {
     if count == 0 || trials == 0 {
         return 0.0;
@@ -17,7 +18,7 @@ pub fn lower95(count: usize, trials: usize) -> f64 {
     bisected(|rate| 1.0 - at_most(count - 1, trials, rate) < 0.05)
 }
 
-/// The rate in [0, 1] where a property that holds for small rates ceases to.
+/// The rate in [0, 1] up to which a property holds.
 fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
@@ -27,7 +28,8 @@ fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     (low + high) / 2.0
 }
 
-/// Chance of at most `count` of `trials` at a rate in (0, 1): the binomial sum, term by term in logarithms.
+/// Probability of at most `count` of `trials` events at a rate in (0, 1): the binomial sum, term by term in
+/// logarithms.
 fn at_most(count: usize, trials: usize, rate: f64) -> f64 {
     let odds_ln = rate.ln() - (-rate).ln_1p();
     let mut term_ln = trials as f64 * (-rate).ln_1p();

@@ -1,12 +1,12 @@
-//! Frames that show no place: noise, water, blanks, fields that repeat themselves. Gray levels are whole numbers in
-//! [0, 255], as a sensor's are.
+//! Frames that show no place: noise, water, blanks, repeated fields. Gray levels are whole numbers in [0, 255], as a
+//! sensor's are.
 
 use overfly_core::pixels::Gray;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 
-/// White noise, or noise smoothed over a random mixture of scales.
+/// Draws white noise, or noise smoothed over a random mixture of scales.
 pub fn noise(width: usize, height: usize, rng: &mut ChaCha8Rng) -> Gray {
     let contrast = rng.random_range(4.0..60.0f32);
     let middle = rng.random_range(60.0..190.0f32);
@@ -14,14 +14,14 @@ pub fn noise(width: usize, height: usize, rng: &mut ChaCha8Rng) -> Gray {
         Gray::from_values(width, height, (0..width * height).map(|_| normal(rng)).collect())
             .expect("one value for each pixel")
     } else {
-        // From white (slope 0) to what natural scenes are like (slope 1 and more).
+        // From white noise (slope 0) to the spectrum of natural scenes (slope 1 and more).
         let slope = rng.random_range(0.2..1.4f32);
         octaves(width, height, slope, rng)
     };
     developed(&field, middle, contrast, 0.0, rng)
 }
 
-/// Waves of many lengths about one wind, low in contrast, under a gradient of the sky's.
+/// Draws low-contrast waves of many lengths about one wind direction, under a gradient from the sky.
 pub fn water(width: usize, height: usize, rng: &mut ChaCha8Rng) -> Gray {
     let wind = rng.random_range(0.0..TAU);
     let waves: Vec<[f32; 4]> = (0..14)
@@ -43,7 +43,7 @@ pub fn water(width: usize, height: usize, rng: &mut ChaCha8Rng) -> Gray {
     developed(&field, middle, contrast, grain, rng)
 }
 
-/// One value, a gradient, or a vignette, with or without a sensor's faintest noise.
+/// Draws one value, a gradient, or a vignette, with or without faint sensor noise.
 pub fn blank(width: usize, height: usize, rng: &mut ChaCha8Rng) -> Gray {
     let field = match rng.random_range(0..3) {
         0 => Gray::filled(width, height, 0.0),
@@ -62,8 +62,8 @@ pub fn blank(width: usize, height: usize, rng: &mut ChaCha8Rng) -> Gray {
     developed(&field, middle, contrast, grain, rng)
 }
 
-/// A repeated pattern of fields. Half of them run with `north_rad`, the direction on the frame (radians clockwise from
-/// up) in which north lies, as surveyed land does; the others run anyhow.
+/// Draws a repeated pattern of fields. Half of them run along north, as surveyed land does; `north_rad` is its
+/// direction in the frame, radians clockwise from up. The others have a random direction.
 pub fn fields(width: usize, height: usize, north_rad: f64, rng: &mut ChaCha8Rng) -> Gray {
     let turn = if rng.random_bool(0.5) { north_rad } else { rng.random_range(0.0..PI) };
     let (sin, cos) = turn.sin_cos();
@@ -114,7 +114,7 @@ impl FieldPattern {
                 let row = cell(v, pitch[1]);
                 let u = if is_bonded { u + 0.5 * pitch[0] * row.rem_euclid(2.0) } else { u };
                 let is_edge = within(u, pitch[0]) < edge || within(v, pitch[1]) < edge;
-                // Five crops, so that neighbours often look alike.
+                // Only five crops, so that neighbours often look alike.
                 if is_edge { -0.6 } else { (hash(cell(u, pitch[0]) as i32, row as i32, seed) % 5) as f32 / 4.0 }
             }
         }
@@ -128,7 +128,7 @@ fn hash(x: i32, y: i32, seed: u32) -> u32 {
     h ^ (h >> 15)
 }
 
-/// A function of a pixel's centre.
+/// Draws a function of the centre of each pixel.
 fn painted(width: usize, height: usize, at: impl Fn(f32, f32) -> f32) -> Gray {
     let values = (0..width * height).map(|i| at((i % width) as f32 + 0.5, (i / width) as f32 + 0.5)).collect();
     Gray::from_values(width, height, values).expect("one value for each pixel")
@@ -140,7 +140,7 @@ fn gradient(width: usize, height: usize, strength: f32, rng: &mut ChaCha8Rng) ->
     painted(width, height, |x, y| strength * (x * cos as f32 + y * sin as f32) / edge)
 }
 
-/// White noise at every power of two of scale, coarser ones stronger by `slope`.
+/// White noise at each power of two of scale; coarser scales are stronger by `slope`.
 fn octaves(width: usize, height: usize, slope: f32, rng: &mut ChaCha8Rng) -> Gray {
     let mut sum = Gray::filled(width, height, 0.0);
     for scale in [1usize, 2, 4, 8, 16, 32] {
@@ -157,7 +157,7 @@ fn octaves(width: usize, height: usize, slope: f32, rng: &mut ChaCha8Rng) -> Gra
     sum
 }
 
-/// Whole gray levels: the field brought to a mean and a standard deviation, and a sensor's noise over it.
+/// Scales a field to a mean and a standard deviation, adds sensor noise, and rounds to whole gray levels.
 fn developed(field: &Gray, middle: f32, contrast: f32, grain: f32, rng: &mut ChaCha8Rng) -> Gray {
     let n = field.values().len().max(1) as f32;
     let mean = field.values().iter().sum::<f32>() / n;
@@ -171,7 +171,7 @@ fn developed(field: &Gray, middle: f32, contrast: f32, grain: f32, rng: &mut Cha
     out
 }
 
-/// Twelve uniform numbers less six: near enough to normal, and the same on every machine.
+/// The sum of twelve uniform numbers, minus six: close enough to normal, and the same on every machine.
 fn normal(rng: &mut ChaCha8Rng) -> f32 {
     (0..12).map(|_| rng.random::<f32>()).sum::<f32>() - 6.0
 }
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn stripes_run_along_the_stated_north() {
-        // Clockwise by 30 degrees on the frame: along it nothing changes, across it everything repeats.
+        // Turned clockwise by 30 degrees in the frame: nothing changes along it, everything repeats across it.
         let pattern = FieldPattern::Stripes { pitch: 12.0, share: 0.5 };
         let at = |x: f32, y: f32| {
             let (sin, cos) = 30f32.to_radians().sin_cos();

@@ -1,33 +1,33 @@
-//! `NegativeKind`: the ways in which a frame can have no place in the region that is searched for it.
+//! `NegativeKind`: the ways in which a frame can have no place in the searched region.
 
 use serde::Serialize;
 
-/// Why a fix of such a trial is false, whatever it says.
+/// The reason why any fix of a trial is false.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NegativeKind {
-    /// A real frame; the region, grown by the frame's reach, does not hold its place.
+    /// A real frame; the region, extended by the frame's reach, does not contain its place.
     Elsewhere,
-    /// The frame's left and right exchanged, as over a mirrored map.
+    /// The frame mirrored, as over a mirrored map.
     Mirrored,
-    /// The frame turned by 90, 180 or 270 degrees, the heading left as it was stated.
+    /// The frame turned by 90, 180 or 270 degrees; the stated heading stays.
     Turned,
     /// White or smoothed noise.
     Noise,
-    /// Faint ripples.
+    /// Faint waves.
     Water,
     /// One value, a gradient, or a vignette.
     Blank,
-    /// Stripes, chequers, crop rows or rectangular parcels that repeat themselves.
+    /// Repeated stripes, chequers, crop rows or rectangular parcels.
     Fields,
-    /// The frame magnified 1.3 to 1.6 times, the height left as it was stated.
+    /// The frame magnified 1.3 to 1.6 times; the stated height stays.
     Scaled,
     /// A frame of another place, seen through this flight's camera.
     Foreign,
 }
 
 impl NegativeKind {
-    /// All of them, in the order in which they are reported.
+    /// All kinds, in the order of reports.
     pub const ALL: [Self; 9] = [
         Self::Elsewhere,
         Self::Mirrored,
@@ -40,18 +40,18 @@ impl NegativeKind {
         Self::Foreign,
     ];
 
-    /// Whether the frame still shows ground of the region, so that evidence for its true place is no accident: only the
-    /// sensors' veto makes a fix false.
+    /// Whether the frame still shows ground of the region, so that evidence for its true place is no chance agreement
+    /// and only the gate of the sensors makes a fix false.
     pub fn shows_its_ground(self) -> bool {
         self == Self::Scaled
     }
 
-    /// Whether the frame shows no ground at all, so that no place is more false than another.
+    /// Whether the frame shows no ground at all, so that every place is equally false.
     pub fn is_without_place(self) -> bool {
         matches!(self, Self::Noise | Self::Water | Self::Blank | Self::Fields | Self::Foreign)
     }
 
-    /// As JSON and the command line spell it.
+    /// The name in JSON and on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Self::Elsewhere => "elsewhere",

@@ -4,43 +4,43 @@ use super::kind::NegativeKind;
 use overfly_core::geodesy::Geodetic;
 use overfly_flight::locate::Answer;
 
-/// One trial and what came of it.
+/// One trial and its result.
 #[derive(Debug, Clone)]
 pub struct NegativeOutcome {
-    /// Counted from 0.
+    /// Number of the trial, from 0.
     pub number: usize,
-    /// Why a fix is false.
+    /// The reason why any fix is false.
     pub kind: NegativeKind,
-    /// Area searched, in usual squares, as asked for.
+    /// Requested area of the region, in usual squares.
     pub region: f64,
-    /// The frame, as `flight.csv` names it.
+    /// Name of the frame in `flight.csv`.
     pub image: String,
-    /// Whether the heading was stated.
+    /// Whether the heading was known to the search.
     pub is_heading_known: bool,
-    /// The search; `None` where the layer has no room for such a region away from the frame.
+    /// The search; `None` if the layer has no room for such a region away from the frame.
     pub search: Option<NegativeSearch>,
 }
 
-/// A search that was made.
+/// A search and its answer.
 #[derive(Debug, Clone)]
 pub struct NegativeSearch {
-    /// The middle of the square.
+    /// Centre of the searched square.
     pub prior: Geodetic,
     /// Area of the imagery within the square, in usual squares.
     pub searched_ratio: f64,
-    /// What came of it.
+    /// The answer.
     pub answer: Answer,
-    /// From the frame in memory to the answer, milliseconds.
+    /// Duration from the frame in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
 }
 
 impl NegativeOutcome {
-    /// Whether the search was falsely sure.
+    /// Whether the search accepted a false fix.
     pub fn is_accepted(&self) -> bool {
         self.search.as_ref().is_some_and(|s| matches!(s.answer, Answer::Fix(_)))
     }
 
-    /// What the search itself expected of such an accident; `None` where it was not made, or found nothing that agrees.
+    /// The log10 of the false alarms that the search stated; `None` if there was no search, or nothing agreed.
     pub fn log10_false_alarms(&self) -> Option<f64> {
         match &self.search.as_ref()?.answer {
             Answer::Fix(fix) => fix.log10_false_alarms,

@@ -1,4 +1,4 @@
-//! `NegativeRunner`: one trial after another, each from its own stream of chance.
+//! `NegativeRunner`: runs the trials, each from a random stream of its own.
 
 use super::altered::{self, ShownFrame};
 use super::drawn;
@@ -19,16 +19,17 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Trials of one frame that one thread makes in a row.
+/// Trials of one frame that a thread makes in a row.
 const CHUNK: usize = 32;
-/// Longer side of frames that are drawn, pixels: finer ones show nothing more.
+/// Longer side of drawn frames, pixels; larger frames show nothing more.
 const DRAWN_EDGE_PX: usize = 512;
 
 impl NegativeTrial {
-    /// Makes all trials; `progress` is called after each. Without frames of a `foreign` flight that kind is left out.
+    /// Makes all trials; calls `progress` after each. Without a `foreign` flight that kind is left out.
     ///
     /// # Errors
-    /// Where a frame has no truth or cannot be decoded, or the store fails. "No fix" is an outcome, and the wanted one.
+    /// If an option is out of range, a frame has no truth or cannot be decoded, or the store fails. "No fix" is an
+    /// outcome, and the right one.
     pub fn run(
         &self,
         store: &Reader,
@@ -54,7 +55,7 @@ impl NegativeTrial {
     }
 }
 
-/// All that trials have in common.
+/// Everything that the trials have in common.
 struct NegativeRunner<'a> {
     trial: &'a NegativeTrial,
     store: &'a Reader,
@@ -65,7 +66,7 @@ struct NegativeRunner<'a> {
 }
 
 impl<'a> NegativeRunner<'a> {
-    /// For a trial; without frames of a `foreign` flight that kind is left out.
+    /// Prepares a trial. Without a `foreign` flight that kind is left out.
     fn new(
         trial: &'a NegativeTrial,
         store: &'a Reader,
@@ -79,20 +80,20 @@ impl<'a> NegativeRunner<'a> {
         Ok(Self { trial, store, ground, flight, foreign, kinds })
     }
 
-    /// A stream of its own per trial, so that neither order nor threads matter.
+    /// The random stream of a trial. Each has its own, so that neither order nor threads matter.
     fn rng(&self, number: usize) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.trial.seed);
         rng.set_stream(number as u64);
         rng
     }
 
-    /// Kind and region go round in turn, frames by lot.
+    /// Kind and region of a trial. They take turns; frames are random.
     fn cell(&self, number: usize) -> (NegativeKind, f64) {
         let (kinds, regions) = (&self.kinds, &self.trial.regions);
         (kinds[number % kinds.len()], regions[number / kinds.len() % regions.len()])
     }
 
-    /// The trials, in pieces that share a frame, so that it is decoded once for many.
+    /// The trials in chunks that share a frame, so that a frame is decoded once for many trials.
     fn chunks(&self) -> Vec<(usize, Vec<usize>)> {
         let frames = self.flight.frames.len();
         let mut by_frame = vec![Vec::new(); frames];
@@ -126,7 +127,7 @@ impl<'a> NegativeRunner<'a> {
 
     fn try_one(&self, frame: &RecordedFrame, gray: &Gray, number: usize) -> Result<NegativeOutcome, TrialError> {
         let mut rng = self.rng(number);
-        // Drawn before by `chunks`, to choose the frame.
+        // `chunks` has drawn this number to choose the frame.
         let _ = rng.random_range(0..self.flight.frames.len());
         let (kind, region) = self.cell(number);
         let is_heading_known = kind == NegativeKind::Turned || !rng.random_bool(self.trial.unknown_heading_share);
@@ -142,7 +143,7 @@ impl<'a> NegativeRunner<'a> {
         Ok(NegativeOutcome { number, kind, region, image: frame.image.clone(), is_heading_known, search })
     }
 
-    /// The middle of the square to search, and how much imagery it holds.
+    /// Centre of the square to search, and the area of imagery in it, m^2.
     fn prior(
         &self,
         frame: &RecordedFrame,
@@ -160,7 +161,7 @@ impl<'a> NegativeRunner<'a> {
         Ok(prior.map(|p| (p, self.ground.shared_m2(p, half_width_m))))
     }
 
-    /// Farthest that the frame shows ground from its nadir, metres.
+    /// Greatest distance from the nadir of ground that the frame shows, metres.
     fn reach_m(&self, frame: &RecordedFrame, gray: &Gray) -> Result<f64, TrialError> {
         let view = frame.view(&self.flight.camera);
         let camera =
@@ -169,7 +170,7 @@ impl<'a> NegativeRunner<'a> {
         Ok(corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max))
     }
 
-    /// The spoiled frame.
+    /// The altered or drawn frame.
     fn shown(
         &self,
         frame: &RecordedFrame,

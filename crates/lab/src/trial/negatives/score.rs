@@ -1,4 +1,5 @@
-//! `NegativeScore`: how often the search was falsely sure, what that proves, and whether what it stated is what came.
+//! `NegativeScore`: how often the search accepted a false fix, what this proves about the rate, and whether the
+//! stated false alarms are true.
 
 use super::bound::{lower95, upper95};
 use super::kind::NegativeKind;
@@ -12,82 +13,82 @@ const DEEPEST_LOG10: i32 = -8;
 /// The summary of `evaluate negatives`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NegativeScore {
-    /// Searches made.
+    /// Number of searches.
     pub trials: usize,
     /// Trials for which the layer has no room.
     pub skipped: usize,
-    /// Searches that were falsely sure.
+    /// Searches that accepted a false fix.
     pub accepted: usize,
-    /// One-sided 95 % bound on the rate of false fixes among searches like these.
+    /// One-sided 95 % upper bound on the rate of false fixes among such searches.
     pub false_rate_upper95: f64,
-    /// The same by size of the region.
+    /// Results by size of the region.
     pub by_region: Vec<RegionScore>,
-    /// The same by kind and size of the region.
+    /// Results by kind and size of the region.
     pub by_kind: Vec<KindScore>,
-    /// Stated accidents beside those that came, over all searches of frames whose ground the region does not show.
+    /// Stated false alarms beside those observed, over all searches of frames whose ground the region does not show.
     pub calibration: Vec<CalibrationStep>,
-    /// From the frame in memory to the answer.
+    /// Durations from the frame in memory to the answer, milliseconds.
     pub elapsed_ms: Option<Quantiles>,
-    /// Searches at a time.
+    /// Searches at the same time.
     pub threads: usize,
 }
 
 /// All searches of regions of one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RegionScore {
-    /// Area asked for, in usual squares.
+    /// Requested area, in usual squares.
     pub region: f64,
-    /// Area of it that holds map, in usual squares.
+    /// Area with imagery, in usual squares.
     pub searched_ratio: Option<Quantiles>,
-    /// Searches made.
+    /// Number of searches.
     pub trials: usize,
     /// Trials for which the layer has no room.
     pub skipped: usize,
-    /// Searches that were falsely sure.
+    /// Searches that accepted a false fix.
     pub accepted: usize,
-    /// One-sided 95 % bound on the rate.
+    /// One-sided 95 % upper bound on the rate.
     pub false_rate_upper95: f64,
-    /// Stated accidents beside those that came.
+    /// Stated false alarms beside those observed.
     pub calibration: Vec<CalibrationStep>,
 }
 
 /// All searches of one kind over regions of one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KindScore {
-    /// Why every fix is false.
+    /// The reason why every fix is false.
     pub kind: NegativeKind,
-    /// Area asked for, in usual squares.
+    /// Requested area, in usual squares.
     pub region: f64,
-    /// Searches made.
+    /// Number of searches.
     pub trials: usize,
     /// Trials for which the layer has no room.
     pub skipped: usize,
-    /// Searches that were falsely sure.
+    /// Searches that accepted a false fix.
     pub accepted: usize,
-    /// One-sided 95 % bound on the rate.
+    /// One-sided 95 % upper bound on the rate.
     pub false_rate_upper95: f64,
-    /// The strongest evidence that any of them stated.
+    /// The strongest evidence that any search stated.
     pub least_log10_false_alarms: Option<f64>,
 }
 
-/// Searches that stated fewer expected accidents than a power of ten, and how many may.
+/// Searches that stated fewer false alarms than a power of ten, and how many there may be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CalibrationStep {
-    /// x of 10^x.
+    /// The exponent x of 10^x.
     pub log10_false_alarms: i32,
-    /// Searches whose statement is below.
+    /// Searches that stated less.
     pub observed: usize,
-    /// At most so many are to be expected: searches times 10^x.
+    /// Greatest expected number of such searches: searches times 10^x.
     pub expected: f64,
-    /// One-sided 95 % bounds on the true rate below x.
+    /// One-sided 95 % lower bound on the true rate of such statements.
     pub rate_lower95: f64,
-    /// See `rate_lower95`.
+    /// One-sided 95 % upper bound on the same rate.
     pub rate_upper95: f64,
-    /// Whether the statement may be true: 10^x is not below `rate_lower95`.
+    /// Whether the statement can be true: 10^x is at least `rate_lower95`.
     pub is_kept: bool,
 }
 
-/// Counts over some outcomes.
+/// Counts of some outcomes.
 struct OutcomeCounts {
     trials: usize,
     skipped: usize,
@@ -172,7 +173,7 @@ impl KindScore {
     }
 }
 
-/// From 10^-1 down.
+/// The calibration steps, from 10^-1 down.
 fn calibration(outcomes: &[&NegativeOutcome]) -> Vec<CalibrationStep> {
     let outcomes: Vec<&NegativeOutcome> = outcomes.iter().copied().filter(|o| !o.kind.shows_its_ground()).collect();
     let trials = OutcomeCounts::from_outcomes(&outcomes).trials;
@@ -200,7 +201,7 @@ pub(crate) mod tests {
     use crate::trial::fix_score::tests::outcome as fix_outcome;
     use crate::trial::negatives::outcome::NegativeSearch;
 
-    /// A trial that stated `log10`, was accepted or not, or was skipped.
+    /// A trial that stated `log10`, and was accepted, rejected or skipped.
     pub(crate) fn outcome(
         number: usize,
         kind: NegativeKind,
@@ -249,7 +250,7 @@ pub(crate) mod tests {
         assert_eq!(score.by_kind[3].least_log10_false_alarms, Some(-2.5));
         let observed: Vec<_> = score.calibration.iter().map(|c| c.observed).collect();
         assert_eq!(observed, [2, 2, 1, 1, 1, 1, 0, 0]);
-        // One statement of 10^-7 in three searches cannot have been true of 10^-6.
+        // One statement of 10^-7 in three searches contradicts 10^-6.
         assert!(!score.calibration[5].is_kept && score.calibration[6].is_kept);
     }
 }

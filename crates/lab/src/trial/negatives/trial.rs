@@ -3,28 +3,28 @@
 use super::kind::NegativeKind;
 use crate::trial::error::TrialError;
 
-/// What is tried.
+/// The options of a trial.
 #[derive(Debug, Clone)]
 pub struct NegativeTrial {
     /// Layer to search.
     pub layer: String,
-    /// How many, over all kinds and regions alike.
+    /// Number of trials, spread evenly over kinds and regions.
     pub trials: usize,
-    /// Of everything that is drawn: the same seed, the same trials, whatever the number of threads.
+    /// Seed of everything random. The same seed gives the same trials with any number of threads.
     pub seed: u64,
     /// Half width of the usual square, metres.
     pub prior_error_m: f64,
     /// Areas to search, in usual squares.
     pub regions: Vec<f64>,
-    /// Kinds to try.
+    /// Kinds of negatives to try.
     pub kinds: Vec<NegativeKind>,
-    /// Share of trials that state no heading ([`NegativeKind::Turned`] always states one).
+    /// Share of trials without a stated heading ([`NegativeKind::Turned`] always states one).
     pub unknown_heading_share: f64,
     /// One standard deviation stated for the heading, degrees.
     pub heading_sigma_deg: f64,
     /// One standard deviation stated for the height, as a ratio.
     pub height_sigma_ratio: f64,
-    /// Trials at a time; each search has one thread.
+    /// Trials at the same time; each search has one thread.
     pub threads: usize,
 }
 

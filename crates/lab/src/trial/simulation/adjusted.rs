@@ -1,5 +1,5 @@
-//! `Adjusted`: what the models would say if they knew what they leave out: whole images, tiles, positions outside the region,
-//! regions that grow over failures.
+//! `Adjusted`: the predictions of the models, corrected for what they leave out: whole images, tiles, positions
+//! outside the region, regions that grow over failures.
 
 use super::drift::chance_within_region;
 use super::prediction::{MissionPlan, chance_of_any};
@@ -9,24 +9,24 @@ use overfly_core::coupling::{Combined, CouplingError, mean_tile_count, nominal_c
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 
-/// The same figures as [`Prediction`](super::Prediction) has, means over a flight.
+/// The same figures as in [`Prediction`](super::Prediction), means over a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Adjusted {
-    /// Images' worth of map that a search reads, where the last one gave a fix.
+    /// Nominal count of a search after a fix: the map that it reads, in images.
     pub nominal_count: f64,
-    /// t_exe of it, seconds.
+    /// t_exe of that search, seconds.
     pub execution_s: f64,
-    /// Chance that it fails, by what is drawn or because the image is not where it searches.
+    /// Probability that a search fails, drawn or because the image lies outside the region.
     pub failure_probability: f64,
-    /// Absolute registrations in a mission, as long as no flight is lost.
+    /// Absolute registrations in a mission, if no flight is lost.
     pub absolute_count: f64,
-    /// Of them, failures; absent where more than a hundredth of the flights is lost.
+    /// Failures in a mission; absent if more than a hundredth of the flights is lost.
     pub failures: Option<f64>,
-    /// Share of the flights whose region grows, failure upon failure, until every search comes too late.
+    /// Share of the flights whose region grows with each failure until every search comes too late.
     pub flights_lost: f64,
 }
 
-/// A search and what goes before it.
+/// A search and the relative registrations before it.
 struct Cycle {
     nominal_count: f64,
     execution_s: f64,
@@ -34,16 +34,16 @@ struct Cycle {
     duration_s: f64,
 }
 
-/// Where more flights are lost than this there is no steady state to speak of.
+/// With more flights lost than this share, there is no steady state.
 const MOST_LOST: f64 = 0.01;
-/// Failures in a row that are followed.
+/// Most failures in a row that are followed.
 const MOST_IN_A_ROW: u32 = 100_000;
 /// Headings over which the number of tiles is averaged.
 const HEADINGS: u32 = 90;
 
 impl Adjusted {
-    /// Of a mode; `tile_m` is the edge of the store's tiles, where there is one. `None` where there is no steady state, or no
-    /// closed form.
+    /// Adjusts the prediction of a mode. `tile_m` is the edge of the store's tiles, if there is a store. `None` if
+    /// there is no steady state or no closed form.
     ///
     /// # Errors
     /// [`CouplingError::OutOfDomain`].
@@ -72,7 +72,7 @@ impl Adjusted {
     }
 }
 
-/// By renewal: from fix to fix, with as many failures between as come.
+/// The sequential mode by renewal: from fix to fix, with any number of failures between.
 fn sequential(scenario: &Scenario, plan: MissionPlan, tile_m: Option<f64>) -> Result<Option<Adjusted>, CouplingError> {
     let failures = &scenario.failures;
     let first = cycle(scenario, plan.relative_count, plan.relative_count, tile_m)?;
@@ -90,14 +90,14 @@ fn sequential(scenario: &Scenario, plan: MissionPlan, tile_m: Option<f64>) -> Re
             AfterFailure::Retry => plan.relative_count + u64::from(in_a_row),
             _ => plan.relative_count * (u64::from(in_a_row) + 1),
         };
-        // Beyond what the models take for a number there is no steady state either.
+        // Beyond the domain of the models there is no steady state either.
         let Ok(this) = cycle(scenario, before, since, tile_m) else { return Ok(None) };
         searches += reached;
         failed += reached * this.probability;
         elapsed_s += reached * this.duration_s;
         reached *= this.probability;
         if carries && this.probability >= 1.0 {
-            // A fix or loss, again and again.
+            // The flight goes from fix to fix until it is lost.
             let lost = -(-reached * plan.mission_s / elapsed_s).exp_m1();
             return Ok(Some(adjusted(&first, plan, [searches, failed, elapsed_s], lost)));
         }
@@ -108,7 +108,7 @@ fn sequential(scenario: &Scenario, plan: MissionPlan, tile_m: Option<f64>) -> Re
     Ok(Some(adjusted(&first, plan, [searches, failed, elapsed_s], 0.0)))
 }
 
-/// From what comes between two fixes on the mean: searches, failures, seconds.
+/// The figures from the means between two fixes: searches, failures, seconds.
 fn adjusted(first: &Cycle, plan: MissionPlan, [searches, failed, elapsed_s]: [f64; 3], flights_lost: f64) -> Adjusted {
     Adjusted {
         nominal_count: first.nominal_count,
@@ -120,7 +120,7 @@ fn adjusted(first: &Cycle, plan: MissionPlan, [searches, failed, elapsed_s]: [f6
     }
 }
 
-/// `before` relative registrations and then a search, `since` of them after the last fix.
+/// The cycle of `before` relative registrations and a search, `since` registrations after the last fix.
 fn cycle(scenario: &Scenario, before: u64, since: u64, tile_m: Option<f64>) -> Result<Cycle, CouplingError> {
     let (aircraft, execution) = (&scenario.aircraft, &scenario.execution);
     let nominal_count = images(scenario, since as f64, tile_m)?;
@@ -134,7 +134,7 @@ fn cycle(scenario: &Scenario, before: u64, since: u64, tile_m: Option<f64>) -> R
     Ok(Cycle { nominal_count, execution_s, probability: 1.0 - within * (1.0 - drawn), duration_s })
 }
 
-/// p of what is drawn where nothing waits for a search.
+/// Probability of a drawn failure if nothing waits for the search.
 fn drawn_probability(scenario: &Scenario, nominal_count: f64) -> f64 {
     match (scenario.failures.law, scenario.failures.probability) {
         (FailureLaw::Constant, Some(p)) => p,
@@ -143,7 +143,8 @@ fn drawn_probability(scenario: &Scenario, nominal_count: f64) -> f64 {
     }
 }
 
-/// One search after another, each over what opened during the one before; `look` says 𝒩 and the chance that the image lies there.
+/// Searches that follow each other, each over the region that opened during the one before. `look` returns 𝒩 and the
+/// probability that the image lies in the region.
 fn settled(
     scenario: &Scenario,
     plan: MissionPlan,
@@ -171,7 +172,7 @@ fn settled(
     Ok(None)
 }
 
-/// Images' worth of map that a search reads: (3), or the tiles that its rectangle meets on the mean.
+/// Nominal count of a search: by (3), or by the tiles that its rectangle meets on average.
 fn images(scenario: &Scenario, count: f64, tile_m: Option<f64>) -> Result<f64, CouplingError> {
     let (errors, aircraft) = (&scenario.errors, &scenario.aircraft);
     let (across_m, along_m) = (aircraft.across_m, aircraft.along_m);

@@ -1,4 +1,4 @@
-//! `ScenarioCase`: a scenario in one mode, ready to be flown.
+//! `ScenarioCase`: a scenario in one mode, ready to fly.
 
 use super::adjusted::Adjusted;
 use super::map::SimulatedMap;
@@ -9,8 +9,8 @@ use overfly_core::coupling::Mode;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Most absolute registrations of all flights of a case; of those that look up a store's tiles; of those that draw the outline of
-/// what an aircraft can reach; and most images of all estimates: each some minutes of a machine.
+/// Limits that keep a case to some minutes: absolute registrations of all flights; of those that look up a store's
+/// tiles; of those that draw the outline of the aircraft's reach; images of all filters.
 const MOST_REGISTRATIONS: f64 = 1e10;
 const MOST_STORED: f64 = 1e7;
 const MOST_OUTLINES: f64 = 1e5;
@@ -22,36 +22,37 @@ pub struct ScenarioCase<'a> {
     pub name: &'a str,
     /// The mode.
     pub mode: Mode,
-    /// Its numbers.
+    /// The parameters.
     pub scenario: &'a Scenario,
-    /// Mission and n.
+    /// Mission time and n.
     pub plan: MissionPlan,
-    /// What is searched.
+    /// The map that is searched.
     pub map: &'a SimulatedMap,
-    /// What the models say.
+    /// The predictions of the models.
     pub prediction: Prediction,
-    /// What they would say with what they leave out.
+    /// The predictions with what the models leave out.
     pub adjusted: Option<Adjusted>,
-    /// Tells this case's draws from others'.
+    /// Number of the case, which selects its random stream.
     number: u64,
 }
 
-/// What draws are for: the flight's own come out alike with and without an estimate beside it.
+/// The purpose of random numbers. Each has its own stream, so that a flight is the same with and without a filter
+/// beside it.
 #[derive(Debug, Clone, Copy)]
 pub enum Draws {
     /// Errors and failures.
     Flight,
     /// Waypoints.
     Route,
-    /// Sensors and fixes of the estimate.
+    /// Sensors and fixes of the filter.
     Track,
 }
 
 impl<'a> ScenarioCase<'a> {
-    /// Reckons what is needed before a flight.
+    /// Computes what is needed before a flight.
     ///
     /// # Errors
-    /// What must be stated, what is too much work, or where the models do not speak.
+    /// Names what must be stated, what is too much work, or where the models have no answer.
     pub fn new(
         name: &'a str,
         scenario: &'a Scenario,
@@ -73,7 +74,7 @@ impl<'a> ScenarioCase<'a> {
 
     fn bound_work(&self) -> Result<(), String> {
         let (scenario, mission_s) = (self.scenario, self.plan.mission_s);
-        // The least that a search reads: its image, or, off the map, one tile.
+        // The least that a search reads: its image or, off the map, one tile.
         let image_m2 = scenario.aircraft.across_m * scenario.aircraft.along_m;
         let least_images = match self.map {
             SimulatedMap::Endless => 1.0,
@@ -104,14 +105,14 @@ impl<'a> ScenarioCase<'a> {
         Ok(())
     }
 
-    /// The generator of one flight's draws: the same whatever else is flown before it, and on which thread.
+    /// The random generator of one flight. It does not depend on other flights or on threads.
     pub fn rng(&self, run: u32, draws: Draws) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.scenario.seed);
         rng.set_stream(self.number << 40 | (draws as u64) << 36 | u64::from(run));
         rng
     }
 
-    /// What of the assumptions of model and estimate does not hold here, as words.
+    /// The assumptions of model and filter that do not hold here, as words.
     pub fn departures(&self) -> Vec<&'static str> {
         let (s, mode) = (self.scenario, self.mode);
         let sequential = mode == Mode::Sequential;

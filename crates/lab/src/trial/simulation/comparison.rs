@@ -1,29 +1,30 @@
-//! `BandComparison`: one predicted figure, what was simulated, and where that must lie if the prediction is true.
+//! `BandComparison`: one predicted figure, the simulated one, and the band of the simulated one if the prediction is
+//! true.
 
 use crate::trial::bands::{count_band, nees_band};
 use serde::Serialize;
 
 /// The confidence of all comparisons of a command together.
 pub const CONFIDENCE: f64 = 0.95;
-/// What nothing is drawn for must agree to this share.
+/// Figures without random influence must agree to this share.
 const EXACTLY: f64 = 1e-6;
 
-/// One predicted figure and what was simulated.
+/// One predicted figure and the simulated one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BandComparison {
-    /// Which figure.
+    /// Name of the figure.
     pub what: &'static str,
-    /// As predicted.
+    /// The predicted value.
     pub predicted: f64,
-    /// As it came out.
+    /// The simulated value.
     pub simulated: f64,
-    /// Where it comes out if the prediction is true, at the command's confidence shared out among its comparisons.
+    /// The band of the simulated value if the prediction is true. The comparisons of a command share its confidence.
     pub band: [f64; 2],
-    /// Whether it did.
+    /// Whether the simulated value lies in the band.
     pub inside: bool,
 }
 
-/// A predicted figure, and of what kind it is.
+/// A predicted figure, and how it scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Claim {
     pub what: &'static str,
@@ -35,16 +36,16 @@ pub struct Claim {
 /// How a figure scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClaimKind {
-    /// A count of at most `trials` independent events, over `per`.
+    /// A count of at most `trials` independent events, divided by `per`.
     Count { trials: u64, per: f64 },
-    /// The mean of so many chi-square numbers of two degrees.
+    /// The mean of `count` chi-square variables of two degrees of freedom.
     Nees { count: u64 },
-    /// Not at all.
+    /// The figure does not scatter.
     Exact,
 }
 
 impl Claim {
-    /// The comparison at a confidence.
+    /// Compares the figure with its band at a confidence.
     pub fn judged(&self, confidence: f64) -> BandComparison {
         let band = match self.kind {
             ClaimKind::Count { trials, per } => {
@@ -57,30 +58,30 @@ impl Claim {
                 [self.predicted - slack, self.predicted + slack]
             }
         };
-        // Written as it is so that no number at all is outside.
+        // NaN lies in no band, with the comparisons written like this.
         let inside = self.simulated >= band[0] && self.simulated <= band[1];
         BandComparison { what: self.what, predicted: self.predicted, simulated: self.simulated, band, inside }
     }
 }
 
-/// All comparisons of a command: the last line of its summary.
+/// All comparisons of a command, the last line of its summary.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Family {
-    /// Flights.
+    /// Number of flights.
     pub flights: u64,
-    /// Absolute registrations in them.
+    /// Absolute registrations of all flights.
     pub absolute_count: u64,
-    /// Comparisons.
+    /// Number of comparisons.
     pub comparisons: usize,
-    /// Of them, those inside their band.
+    /// Comparisons inside their band.
     pub inside: usize,
-    /// Chance, if every prediction is true, that all are inside, at least.
+    /// Least probability that all comparisons are inside, if every prediction is true.
     pub confidence: f64,
-    /// Confidence of each band, so that it is (Bonferroni).
+    /// Confidence of each band that gives this probability (Bonferroni).
     pub confidence_each: f64,
 }
 
-/// The confidence of each of so many comparisons.
+/// The confidence of each of a number of comparisons.
 pub fn confidence_each(comparisons: usize) -> f64 {
     1.0 - (1.0 - CONFIDENCE) / comparisons.max(1) as f64
 }

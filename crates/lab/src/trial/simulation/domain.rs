@@ -1,25 +1,25 @@
-//! What numbers of a [`Scenario`] the simulation speaks of.
+//! The accepted values of a [`Scenario`].
 
 use super::scenario::{CovarianceModel, FailureLaw, Scenario};
 use overfly_core::coupling::Mode;
 
 /// Most flights of one mode.
 const MOST_RUNS: f64 = 1e6;
-/// A turn radius beyond this is none that keeps an aircraft over a map.
+/// Greatest turn radius that keeps an aircraft over a map.
 const MOST_RADIUS_M: f64 = 20_000.0;
 
 const POSITIVE: &str = "a number from 1e-9 to 1e9";
 const NOT_NEGATIVE: &str = "a number from 0 to 1e9";
 const SHARE: &str = "a share from 0 to 1";
 
-/// A field, its value, the least and the greatest that are accepted, and how to say so.
+/// A field, its value, the least and the greatest accepted value, and a description of these.
 type Bound = (&'static str, f64, f64, f64, &'static str);
 
 impl Scenario {
-    /// Whether all numbers are such that the simulation speaks of them.
+    /// Checks that the simulation accepts all numbers.
     ///
     /// # Errors
-    /// The first field that is not, what it is, and what is accepted.
+    /// The first field out of range, its value, and the accepted values.
     pub fn check(&self) -> Result<(), String> {
         self.modes_are_some()?;
         self.bounds().into_iter().try_for_each(within)?;

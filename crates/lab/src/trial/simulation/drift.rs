@@ -1,4 +1,4 @@
-//! `SimulatedDrift`: by how much a simulated position is wrong, and how likely that lies within what the search takes it to be.
+//! `SimulatedDrift`: the error of a simulated position, and the probability that it lies within the searched region.
 
 use super::scenario::{DrawnDrift, ErrorModel};
 use crate::trial::bands::chance_below;
@@ -6,34 +6,34 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// What is wrong with a position along and across the heading, metres: the last fix's error, and drift since.
+/// The error of a position across and along the heading, metres: the error of the last fix, and the drift since.
 #[derive(Debug, Clone)]
 pub struct SimulatedDrift {
     fix_m: [f64; 2],
-    /// Of each registration, where all drift alike.
+    /// Error of each registration, if all drift alike.
     each_m: [f64; 2],
     since_m: [f64; 2],
     count: f64,
 }
 
 impl SimulatedDrift {
-    /// Right after a fix.
+    /// The error right after a fix.
     pub fn after_fix(errors: &ErrorModel, rng: &mut ChaCha8Rng) -> Self {
         let mut even = |half_m: f64| [(); 2].map(|()| half_m * (2.0 * rng.random::<f64>() - 1.0));
         let fix_m = even(errors.inaccuracy_m / 2.0);
         Self { fix_m, each_m: even(errors.unit_drift_m), since_m: [0.0; 2], count: 0.0 }
     }
 
-    /// Right after a fix that was wrong by so much.
+    /// The error right after a false fix with a given error.
     pub fn after_false_fix(errors: &ErrorModel, wrong_m: [f64; 2], rng: &mut ChaCha8Rng) -> Self {
         Self { fix_m: wrong_m, ..Self::after_fix(errors, rng) }
     }
 
-    /// After `count` further relative registrations (not only whole ones).
+    /// Adds `count` further relative registrations; the count can be fractional.
     pub fn grow(&mut self, errors: &ErrorModel, count: f64, rng: &mut ChaCha8Rng) {
         let per_axis = match errors.drift {
             DrawnDrift::Bias => self.each_m.map(|each| each * count),
-            // The sum of n normal errors is normal, of n times the variance.
+            // The sum of n normal errors is normal with n times the variance.
             DrawnDrift::Independent => {
                 let sigma_m = errors.unit_drift_m / errors.drift_sigmas * count.sqrt();
                 [(); 2].map(|()| {
@@ -48,25 +48,25 @@ impl SimulatedDrift {
         self.count += count;
     }
 
-    /// Across and along, metres.
+    /// Error across and along the heading, metres.
     pub fn error_m(&self) -> [f64; 2] {
         [self.fix_m[0] + self.since_m[0], self.fix_m[1] + self.since_m[1]]
     }
 
-    /// D_T as the search takes it, metres.
+    /// D_T as the search assumes it, metres.
     pub fn stated_m(&self, errors: &ErrorModel) -> f64 {
         errors.drift_growth.factor(self.count) * errors.unit_drift_m
     }
 
-    /// Whether the image lies in the rectangle of (3) around where it is taken to be.
+    /// Whether the image lies in the rectangle of (3) around its assumed place.
     pub fn is_within_region(&self, errors: &ErrorModel) -> bool {
         let reach_m = errors.inaccuracy_m / 2.0 + self.stated_m(errors);
-        // Rounding at the rim.
+        // The slack allows for rounding at the edge.
         self.error_m().iter().all(|e| e.abs() <= reach_m * (1.0 + 1e-12) + 1e-9)
     }
 }
 
-/// Chance that the image lies in the rectangle of (3) `count` relative registrations after a fix.
+/// Probability that the image lies in the rectangle of (3), `count` relative registrations after a fix.
 pub fn chance_within_region(errors: &ErrorModel, count: f64) -> f64 {
     const STEPS: usize = 400;
     let reach_m = errors.inaccuracy_m / 2.0 + errors.drift_growth.factor(count) * errors.unit_drift_m;
@@ -84,13 +84,13 @@ pub fn chance_within_region(errors: &ErrorModel, count: f64) -> f64 {
             if sigma_m > 0.0 { chance_below(limit_m / sigma_m) } else { f64::from(u8::from(limit_m >= 0.0)) }
         }
     };
-    // The mean over the fix's error, evenly spread.
+    // The mean over the error of the fix, which is uniform.
     let per_axis: f64 = (0..STEPS)
         .map(|k| ((k as f64 + 0.5) / STEPS as f64 - 0.5) * errors.inaccuracy_m)
         .map(|fix_m| below(reach_m - fix_m) - below(-reach_m - fix_m))
         .sum::<f64>()
         / STEPS as f64;
-    // Without any drift both limits fall on the error itself.
+    // Without drift both limits equal the error itself.
     if errors.unit_drift_m * count == 0.0 { 1.0 } else { per_axis * per_axis }
 }
 
@@ -132,7 +132,8 @@ mod tests {
                 assert!((seen - stated).abs() < 0.0142, "{drift:?} {inaccuracy_m}: {seen}, stated {stated}");
             }
         }
-        // A repeated bias within a root: 1 / sqrt(n) an axis. Independent errors of two sigma: 95.45 % an axis.
+        // A repeated bias inside a square root: 1 / sqrt(n) on each axis. Independent errors within two sigma: 95.45
+        // % on each axis.
         let chance = |drift| chance_within_region(&model(drift, DriftGrowth::SquareRoot, 0.0), 25.0);
         assert!((chance(DrawnDrift::Bias) - 1.0 / 25.0).abs() < 1e-9);
         assert!((chance(DrawnDrift::Independent) - 0.954_499_7 * 0.954_499_7).abs() < 1e-5);

@@ -6,21 +6,21 @@ use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Longest file that is read, bytes, and most variations: a summary of more is none.
+/// Greatest size of a file, bytes, and most variations in it.
 const MOST_BYTES: u64 = 1 << 20;
 const MOST_VARIATIONS: usize = 200;
 
 /// A scenario with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variation {
-    /// `base`, or as the file calls it.
+    /// `base`, or the name in the file.
     pub name: String,
-    /// With what the variation changes.
+    /// The scenario with the changes of the variation.
     pub scenario: Scenario,
 }
 
-/// Reads a `sim.toml`: the scenario that it describes, named `base`, then each `[[variation]]`: its `name`, and whatever keys it
-/// sets otherwise (`aircraft.speed_mps = 80`). A `[store]` path is taken as relative to the file.
+/// Reads a `sim.toml`: the scenario that it describes, named `base`, then each `[[variation]]`, which has a `name`
+/// and any keys to change (`aircraft.speed_mps = 80`). A `[store]` path is relative to the file.
 ///
 /// # Errors
 /// [`TrialError::Unreadable`]; [`TrialError::NotASimulation`] with the variation and the field.
@@ -74,7 +74,7 @@ fn checked(name: String, table: Table) -> Result<Variation, String> {
     Ok(Variation { name, scenario })
 }
 
-/// Sets in a table what another sets, tables within them alike.
+/// Sets in a table the values of another, nested tables included.
 fn merge(into: &mut Table, from: Table) {
     for (key, value) in from {
         match (into.get_mut(&key), value) {
@@ -94,7 +94,7 @@ fn in_a_line(error: &toml::de::Error) -> String {
 pub(super) mod tests {
     use super::*;
 
-    /// The paper's aircraft over a map without edge, without inaccuracy and constant: its own assumptions.
+    /// The paper's aircraft over an endless map, without inaccuracy and constant: the paper's own assumptions.
     pub const PLAIN: &str = r#"
 modes = ["sequential"]
 runs = 10

@@ -1,23 +1,23 @@
-//! `FlightTally`: what one flight came to.
+//! `FlightTally`: the counts of one simulated flight.
 
 use overfly_core::geodesy::CHI_SQUARE_95;
 
-/// What one flight came to.
+/// The counts of one simulated flight.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlightTally {
     /// Absolute registrations that ended within the mission.
     pub absolute_count: u64,
-    /// Of them, those that failed, for any of the three reasons.
+    /// Absolute registrations that failed, for any of the three reasons.
     pub failures: u64,
-    /// By what is drawn.
+    /// Failures that were drawn.
     pub drawn: u64,
-    /// The image was not where it was searched.
+    /// Failures because the image lay outside the searched region.
     pub outside_region: u64,
-    /// The map does not show it.
+    /// The map does not show the image.
     pub no_map: u64,
-    /// Failures that gave a wrong position instead of none.
+    /// Failures with a wrong position instead of none.
     pub false_fixes: u64,
-    /// Absolute registrations whose predecessor had failed, and of them the failures.
+    /// Absolute registrations after a failed one, and the failures among them.
     pub after_failure: [u64; 2],
     /// End of the first failure, seconds since the start.
     pub first_failure_s: Option<f64>,
@@ -25,47 +25,47 @@ pub struct FlightTally {
     pub execution_s: f64,
     /// t_exe of the last one, seconds.
     pub last_execution_s: Option<f64>,
-    /// Sum of 𝒩: images' worth of map read.
+    /// Sum of 𝒩: the map that was read, in images.
     pub nominal_count: f64,
-    /// Whether searches left the range from which they settle.
+    /// Whether searches left the range in which they settle.
     pub is_lost: bool,
-    /// What became of the estimate beside it.
+    /// The counts of the filter beside the flight.
     pub track: Option<Box<TrackTally>>,
 }
 
-/// Moments of a mission at which estimates are looked at.
+/// Number of moments of a mission at which filters are compared with the truth.
 pub const CHECKPOINTS: usize = 24;
 
-/// What became of one flight's estimate.
+/// The counts of the filter of one flight.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TrackTally {
-    /// Images.
+    /// Number of images.
     pub images: u64,
-    /// Of them, those whose truth lies in the estimate's own 95 % ellipse.
+    /// Images at which the filter's own 95 % ellipse contains the truth.
     pub covered: u64,
-    /// Normalised squared error at one image, at a moment drawn.
+    /// Normalised estimation error squared (NEES) at one image, at a random moment.
     pub nees: Option<f64>,
-    /// Error there, metres.
+    /// Error at that image, metres.
     pub error_m: Option<f64>,
-    /// Whether the ellipse holds the truth at the first image after each of [`CHECKPOINTS`] even moments.
+    /// Whether the ellipse contains the truth at the first image after each of [`CHECKPOINTS`] evenly spaced moments.
     pub checkpoints: [Option<bool>; CHECKPOINTS],
 }
 
 impl TrackTally {
-    /// Whether a squared error in standard deviations lies in the 95 % ellipse.
+    /// Whether a NEES lies in the 95 % ellipse.
     pub fn holds(nees: f64) -> bool {
         nees <= CHI_SQUARE_95
     }
 }
 
-/// Why an absolute registration gave no right position.
+/// The reason why an absolute registration failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FailureCause {
-    /// Drawn.
+    /// The failure was drawn.
     Drawn,
-    /// The image is not where it is searched.
+    /// The image lies outside the searched region.
     OutsideRegion,
-    /// The map does not show it.
+    /// The map does not show the image.
     NoMap,
 }
 

@@ -1,4 +1,4 @@
-//! `SimulatedMap`: what is searched, and whether the map shows what the aircraft sees.
+//! `SimulatedMap`: the map that is searched, and whether it shows what the aircraft sees.
 
 use super::route::TruePose;
 use crate::trial::error::TrialError;
@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 /// The map of a simulation.
 pub enum SimulatedMap {
-    /// Without edge: a search costs what (3) says, and every image lies in the map.
+    /// An endless map: the cost of a search follows (3), and every image lies in the map.
     Endless,
-    /// A store's.
+    /// The map of a store.
     Stored(Arc<StoredMap>),
 }
 
@@ -23,22 +23,22 @@ pub struct StoredMap {
     index: ResidentIndex,
     valid_fraction: HashMap<TileId, f64>,
     zoom: u8,
-    /// Edge of a tile in the layer's middle, metres.
+    /// Edge of a tile at the centre of the layer, metres.
     pub tile_m: f64,
-    /// The layer's middle.
+    /// The centre of the layer.
     pub frame: LocalFrame,
-    /// From there to its bounds, metres east and north.
+    /// Distance from the centre to the bounds of the layer, metres east and north.
     pub half_extent_m: [f64; 2],
 }
 
-/// Points on each edge of an image at which the map is looked up.
+/// Sample points along each edge of an image.
 const LOOKS: usize = 7;
 
 impl StoredMap {
-    /// The tiles of a layer.
+    /// Loads the tiles of a layer.
     ///
     /// # Errors
-    /// Where the store or the layer cannot be read, or spans half the world.
+    /// If the store or the layer cannot be read, or the layer is larger than 100 km.
     pub fn load(store: &Reader, layer: Option<&str>) -> Result<Self, TrialError> {
         let layer = match layer {
             Some(name) => store.layer(name)?,
@@ -57,7 +57,8 @@ impl StoredMap {
         })
     }
 
-    /// Tiles that meet the region around a stated centre. All of the layer where the region is beyond all searching.
+    /// Number of tiles that meet the region around a stated centre; all tiles of the layer if the region is too large
+    /// to search.
     pub fn tiles_met(&self, centre: Geodetic, image: ImageOnGround, uncertainty: Uncertainty) -> usize {
         let Ok(region) = Region::new(centre, image, uncertainty) else { return self.index.len() };
         let near = self.index.footprints_in(&region.mercator_bounds());
@@ -79,7 +80,7 @@ impl StoredMap {
     }
 }
 
-/// A layer's middle, and how far its bounds lie from there, metres.
+/// The centre of a layer, and the distance to its bounds, metres.
 fn extent(layer: &Layer) -> Result<(LocalFrame, [f64; 2]), TrialError> {
     let bounds = layer.bounds_deg;
     let width_deg = bounds.unwrapped_east_deg() - bounds.west_deg;

@@ -1,4 +1,4 @@
-//! `Prediction`: what the models of `coupling` say of a scenario flown in a mode.
+//! `Prediction`: the predictions of `coupling` for a scenario flown in a mode.
 
 use super::scenario::{FailureLaw, Scenario};
 use overfly_core::coupling::Mode;
@@ -11,18 +11,18 @@ use serde::Serialize;
 /// The risk of [`Prediction::mission_within_risk_s`].
 pub const RISK: f64 = 0.05;
 
-/// What the models say. Absent where they say nothing; in JSON an infinite number is `null`.
+/// The predictions of the models. A figure is absent if the models say nothing; in JSON an infinite number is `null`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Prediction {
-    /// n_opt of (13), at most n_max; of the sequential mode.
+    /// n_opt of (13), at most n_max, for the sequential mode.
     pub optimal_relative_count: Option<f64>,
     /// n_max of (8).
     pub max_relative_count: Option<f64>,
-    /// 𝒩 of a search: (3) at n; (17) and its like of the combined mode where searches have settled.
+    /// 𝒩 of a search: (3) at n; for settled searches (17) and its counterpart of the combined mode.
     pub nominal_count: Option<f64>,
-    /// t_exe: (4); (21) and its like.
+    /// t_exe: (4); (21) and its counterpart.
     pub execution_s: Option<f64>,
-    /// t_cycle (9); t_exe where nothing stands between searches.
+    /// t_cycle (9); t_exe if nothing stands between searches.
     pub cycle_s: Option<f64>,
     /// p: (5), or as stated.
     pub failure_probability: Option<f64>,
@@ -32,21 +32,22 @@ pub struct Prediction {
     pub failures: Option<f64>,
     /// The least p N as printed in (14), where the best n is flown.
     pub failures_printed: Option<f64>,
-    /// Chance of at least one failure in a mission.
+    /// Probability of at least one failure in a mission.
     pub chance_of_failure: Option<f64>,
     /// T0_max at the n that is flown (16), seconds.
     pub max_mission_s: Option<f64>,
     /// T0_max as printed in (16), seconds, where the best n is flown.
     pub max_mission_printed_s: Option<f64>,
-    /// The mission in which a failure has a chance of 5 %, seconds.
+    /// Length of the mission in which a failure has a probability of 5 %, seconds.
     pub mission_within_risk_s: Option<f64>,
-    /// Whether searches settle from where the flight begins: conditions of (20) to (22), and the combined mode's.
+    /// Whether searches settle from the start of the flight: conditions of (20) to (22), and those of the combined
+    /// mode.
     pub settles: Option<bool>,
-    /// The longest time without a fix from which they do: (22), and the combined mode's, seconds.
+    /// The longest time without a fix from which searches settle: (22), and the combined mode's, seconds.
     pub unstable_s: Option<f64>,
 }
 
-/// A mode's numbers that a flight needs as well.
+/// The parameters of a mode that a flight needs as well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MissionPlan {
     /// T0, seconds.
@@ -55,10 +56,10 @@ pub struct MissionPlan {
     pub relative_count: u64,
 }
 
-/// Mission and n, as stated or as the sequential model advises.
+/// Mission time and n, as stated or as the sequential model advises.
 ///
 /// # Errors
-/// What must be stated because the model does not say it.
+/// Names what must be stated because the model does not give it.
 pub fn plan(scenario: &Scenario) -> Result<MissionPlan, String> {
     let mode = Sequential::new(scenario.parameters()).map_err(|e| e.to_string())?;
     let relative_count = match scenario.sequential.relative_count {
@@ -82,10 +83,10 @@ pub fn plan(scenario: &Scenario) -> Result<MissionPlan, String> {
 }
 
 impl Prediction {
-    /// What the models say of a mode.
+    /// Computes the predictions for a mode.
     ///
     /// # Errors
-    /// [`CouplingError::OutOfDomain`]. That a mode does not work is said by what is absent.
+    /// [`CouplingError::OutOfDomain`]. A mode that does not work has absent figures.
     pub fn new(mode: Mode, scenario: &Scenario, plan: MissionPlan) -> Result<Self, CouplingError> {
         let parameters = scenario.parameters();
         match mode {
@@ -111,19 +112,19 @@ impl Prediction {
         let count = plan.relative_count as f64;
         let nominal_count = printed.nominal_count(count)?;
         let law = scenario.failures.law;
-        // A law of its own is to the model a measured probability.
+        // To the model, a law of its own is a measured probability.
         let measured = match (law, scenario.failures.probability) {
             (FailureLaw::PerImage, Some(each)) => Some(chance_of_any(each, nominal_count)),
             _ => parameters.failure_probability,
         };
         let model = Sequential::new(CouplingParameters { failure_probability: measured, ..parameters })?;
         let cycle_s = model.cycle_s(count)?;
-        // (14) and (16) are of the best n, under (2) and (5).
+        // (14) and (16) hold for the best n, under (2) and (5).
         let is_best = (printed.optimal_relative_count() - count).abs() <= 1.0 && law == FailureLaw::Overlap;
         let as_printed = |value: f64| (is_best && value.is_finite() && value > 0.0).then_some(value);
         let probability = match model.failure_probability(count) {
             Ok(p) => Some(p),
-            // Beyond n_max every one fails.
+            // Beyond n_max every search fails.
             Err(CouplingError::CountAboveMax { .. } | CouplingError::SpeedAboveMax { .. }) => Some(1.0),
             Err(other) => return Err(other),
         };
@@ -162,7 +163,7 @@ impl Prediction {
         Ok(Self { settles, unstable_s, execution_s: Some(points.stable_s), ..counted })
     }
 
-    /// N, p N and what follows of them.
+    /// N, p N and the figures that follow from them.
     fn counted(nominal_count: f64, cycle_s: f64, p: Option<f64>, mission_s: f64) -> Result<Self, CouplingError> {
         let count = absolute_count(mission_s, cycle_s)?;
         Ok(Self {
@@ -179,7 +180,8 @@ impl Prediction {
     }
 }
 
-/// Chance that at least one of so many (not only a whole number) comes up, each with a chance of `each`.
+/// Probability that at least one of `count` events happens (the count can be fractional), each with a probability of
+/// `each`.
 pub fn chance_of_any(each: f64, count: f64) -> f64 {
     -(count * (-each).ln_1p()).exp_m1()
 }

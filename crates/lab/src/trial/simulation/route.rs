@@ -1,23 +1,24 @@
-//! `SimulatedRoute`: where a simulated aircraft truly is: from waypoint to waypoint, turning no tighter than it can.
+//! `SimulatedRoute`: the true position of a simulated aircraft, which flies from waypoint to waypoint and turns no
+//! tighter than it can.
 
 use overfly_core::geodesy::{Enu, GeodesyError, Geodetic, Heading, LocalFrame, wrap_turn_rad};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// A true place and heading.
+/// A true position and heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose {
-    /// Straight below the camera.
+    /// The point straight below the camera.
     pub position: Geodetic,
     /// Direction of flight.
     pub heading: Heading,
-    /// Radians clockwise from the route's own north: what is turned between two images is turned in it, while true north turns too
-    /// (the convergence of meridians).
+    /// Heading in the plane of the route, radians clockwise from the plane's north. A turn between two images is a
+    /// turn in this plane, while true north turns too (the convergence of meridians).
     pub plane_heading_rad: f64,
 }
 
-/// A flight's true way, in the plane tangent at the middle of a box.
+/// The true path of a flight, in the plane tangent at the centre of a box.
 #[derive(Debug, Clone)]
 pub struct SimulatedRoute {
     frame: LocalFrame,
@@ -29,13 +30,14 @@ pub struct SimulatedRoute {
     waypoint_m: [f64; 2],
 }
 
-/// Pieces of a way, in turn radii: a turn is a polygon of such edges.
+/// Length of a piece of the path, in turn radii: a turn is a polygon of such edges.
 const PIECE: f64 = 0.05;
-/// A waypoint counts as reached within so many turn radii, for one inside the turn is never reached.
+/// A waypoint counts as reached within this many turn radii, because a waypoint inside the turn circle is never
+/// reached.
 const REACHED: f64 = 2.5;
 
 impl SimulatedRoute {
-    /// From a place and heading drawn in a box about the frame's origin, with waypoints drawn in it.
+    /// Starts at a random place and heading in a box about the frame's origin, with random waypoints in the box.
     pub fn new(frame: LocalFrame, half_extent_m: [f64; 2], radius_m: f64, mut rng: ChaCha8Rng) -> Self {
         let at_m = drawn(half_extent_m, &mut rng);
         let heading_rad = rng.random_range(0.0..TAU);
@@ -43,7 +45,7 @@ impl SimulatedRoute {
         Self { frame, half_extent_m, radius_m, rng, at_m, heading_rad, waypoint_m }
     }
 
-    /// Flies on.
+    /// Flies on by a distance.
     pub fn advance(&mut self, distance_m: f64) {
         let mut left_m = distance_m;
         while left_m > 0.0 {
@@ -61,10 +63,10 @@ impl SimulatedRoute {
         }
     }
 
-    /// Where it is.
+    /// The position and heading now.
     ///
     /// # Errors
-    /// Beyond the frame's horizon, where no route leads.
+    /// If the position lies beyond the frame's horizon, which no route reaches.
     pub fn pose(&self) -> Result<TruePose, GeodesyError> {
         let [east_m, north_m] = self.at_m;
         let position = self.frame.geodetic_from_enu(Enu { east_m, north_m })?;

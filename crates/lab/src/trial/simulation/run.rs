@@ -14,30 +14,30 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Most flights of all cases together: a third of a gigabyte of tallies.
+/// Most flights of all cases together: their tallies take a third of a gigabyte.
 const MOST_FLIGHTS: u64 = 2_000_000;
 
-/// What is to be flown.
+/// The scenarios to fly.
 #[derive(Debug, Clone)]
 pub struct Simulation {
-    /// As the file has them.
+    /// The file of the scenarios.
     pub path: PathBuf,
-    /// The first one is the base.
+    /// The scenarios; the first one is the base.
     pub variations: Vec<Variation>,
-    /// Flights at a time.
+    /// Flights at the same time.
     pub threads: usize,
 }
 
 impl Simulation {
-    /// Flights in all.
+    /// Number of all flights.
     pub fn flights(&self) -> u64 {
         self.variations.iter().map(|v| u64::from(v.scenario.runs) * v.scenario.modes.len() as u64).sum()
     }
 
-    /// Flies everything; `progress` is called after each flight.
+    /// Runs all flights; calls `progress` after each.
     ///
     /// # Errors
-    /// [`TrialError::NotASimulation`] with what is missing or too much; a store that cannot be read.
+    /// [`TrialError::NotASimulation`] with what is missing or too much; if a store cannot be read.
     pub fn run(&self, progress: impl Fn() + Sync) -> Result<Vec<SimulatedFlights>, TrialError> {
         if self.flights() > MOST_FLIGHTS {
             return Err(
@@ -60,7 +60,7 @@ impl Simulation {
         pool.install(|| cases.iter().map(|case| flown(case, &progress)).collect())
     }
 
-    /// What each variation flies over; a layer that several fly over is read once.
+    /// The map of each variation. A layer of several variations is read once.
     fn maps(&self) -> Result<Vec<SimulatedMap>, TrialError> {
         let mut loaded: HashMap<(&Path, Option<&str>), Arc<StoredMap>> = HashMap::new();
         let mut maps = Vec::new();

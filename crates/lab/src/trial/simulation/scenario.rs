@@ -5,7 +5,7 @@ use overfly_core::coupling::{CouplingParameters, DriftGrowth};
 use serde::{Deserialize, Deserializer};
 use std::path::PathBuf;
 
-/// One set of parameters. [`check`](Scenario::check) says whether the models speak of it.
+/// One set of parameters. [`check`](Scenario::check) tells whether the models accept it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
@@ -14,32 +14,33 @@ pub struct Scenario {
     pub modes: Vec<Mode>,
     /// Flights of each mode.
     pub runs: u32,
-    /// Of all that is drawn.
+    /// Seed of everything random.
     #[serde(default = "one")]
     pub seed: u64,
     /// T0, seconds; `None`: T0_max of (16).
     pub mission_s: Option<f64>,
-    /// Time since the last fix's image at the start, seconds; `None`: as in the middle of a flight, a moment drawn.
+    /// Time since the image of the last fix at the start, seconds; `None`: a random moment, as in the middle of a
+    /// flight.
     pub without_fix_s: Option<f64>,
     /// The aircraft.
     pub aircraft: AircraftModel,
-    /// What registrations err.
+    /// The errors of registrations.
     pub errors: ErrorModel,
-    /// What they cost.
+    /// The cost of registrations.
     pub execution: ExecutionModel,
     /// How absolute registrations fail.
     #[serde(default)]
     pub failures: FailureModel,
-    /// The sequential mode's own.
+    /// The parameters of the sequential mode.
     #[serde(default)]
     pub sequential: SequentialModel,
-    /// A store to fly over; `None`: a map without edge, searched by equation 3.
+    /// A store to fly over; `None`: an endless map, searched by equation 3.
     pub store: Option<StoreModel>,
     /// What `navigate::NavigationFilter` is tried with beside; `None`: it is not.
     pub covariance: Option<CovarianceModel>,
 }
 
-/// The aircraft and what its images show.
+/// The aircraft and the footprint of its images.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AircraftModel {
@@ -52,26 +53,26 @@ pub struct AircraftModel {
     /// R_min, metres.
     #[serde(default = "infinite")]
     pub min_turn_radius_m: f64,
-    /// Time between images, seconds; 0: an image is taken whenever one is wanted, as the paper has it.
+    /// Time between images, seconds; 0: an image is taken when it is needed, as in the paper.
     #[serde(default)]
     pub image_interval_s: f64,
 }
 
-/// What registrations err, and what the search takes them to err.
+/// The errors of registrations, and the errors that the search assumes.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorModel {
-    /// I, full width, metres: a fix errs by up to half of it along and across, evenly drawn.
+    /// I, full width, metres: the error of a fix is uniform, up to half of I along and across.
     pub inaccuracy_m: f64,
     /// D_U, metres.
     pub unit_drift_m: f64,
-    /// How the search takes drift to add up.
+    /// How drift adds up in the search's assumption.
     #[serde(default)]
     pub drift_growth: DriftGrowth,
-    /// How it does.
+    /// How drift really adds up.
     #[serde(default)]
     pub drift: DrawnDrift,
-    /// Of independent drift: D_U is so many standard deviations of one registration, per axis.
+    /// For independent drift: D_U in standard deviations of one registration, per axis.
     #[serde(default = "three")]
     pub drift_sigmas: f64,
 }
@@ -80,10 +81,11 @@ pub struct ErrorModel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DrawnDrift {
-    /// After each fix one error per axis, evenly within D_U, which every registration repeats: (2) is then the bound.
+    /// After each fix one error per axis, uniform within D_U, which every registration repeats: (2) is then the
+    /// bound.
     #[default]
     Bias,
-    /// An error of its own for each, normal.
+    /// An independent normal error for each registration.
     Independent,
 }
 
@@ -93,9 +95,9 @@ pub enum DrawnDrift {
 pub struct ExecutionModel {
     /// t0, seconds.
     pub relative_s: f64,
-    /// K1, seconds per image's worth of map.
+    /// K1, seconds per image of map.
     pub seconds_per_tile: f64,
-    /// The part of a search that does not grow with the map, seconds.
+    /// The part of t_exe that does not grow with the map, seconds.
     #[serde(default)]
     pub constant_s: f64,
 }
@@ -104,13 +106,13 @@ pub struct ExecutionModel {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FailureModel {
-    /// By what.
+    /// The law of failures.
     pub law: FailureLaw,
-    /// p of `constant`; of `per_image` that of each image's worth of map.
+    /// p of `constant`; for `per_image`, the probability for each image of map.
     pub probability: Option<f64>,
-    /// What follows on a failure.
+    /// What follows a failure.
     pub after: AfterFailure,
-    /// Share of the failures that give a wrong position instead of none.
+    /// Share of the failures with a wrong position instead of none.
     pub false_share: f64,
 }
 
@@ -120,51 +122,52 @@ impl Default for FailureModel {
     }
 }
 
-/// What p grows with.
+/// The law of the failure probability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FailureLaw {
-    /// Equations 5 and 6, in the sequential mode: what the next relative registration hangs on has left the image. The other modes do
-    /// not wait for a search, and fail by nothing that is drawn.
+    /// Equations 5 and 6, in the sequential mode: the ground that the next relative registration needs has left the
+    /// image. The other modes do not wait for a search, and have no drawn failures.
     Overlap,
-    /// The same for all.
+    /// The same probability for all.
     Constant,
-    /// 1 - (1 - probability)^𝒩: each image's worth of map may hold what deceives.
+    /// 1 - (1 - probability)^𝒩: each image of map can contain a false match.
     PerImage,
 }
 
-/// What follows on a failure.
+/// What follows a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AfterFailure {
-    /// As if there had been a fix: every registration alike and on its own, as (1) to (16) count them.
+    /// As after a fix: all registrations are alike and independent, as (1) to (16) count them.
     Afresh,
-    /// The next cycle; drift and region grow on.
+    /// The next cycle; drift and region continue to grow.
     NextCycle,
-    /// One relative registration, then another search; drift and region grow on.
+    /// One relative registration, then another search; drift and region continue to grow.
     Retry,
 }
 
-/// The sequential mode's own.
+/// The parameters of the sequential mode.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SequentialModel {
-    /// n; `None`: the best whole one (13).
+    /// n; `None`: the best whole number (13).
     pub relative_count: Option<u64>,
 }
 
-/// A store to fly over: a search reads its tiles, and fails where it has none.
+/// A store to fly over: a search reads its tiles, and fails where the store has none.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoreModel {
-    /// The file, beside `sim.toml`; `None`: named by the command.
+    /// The file, relative to `sim.toml`; `None`: named by the command.
     pub path: Option<PathBuf>,
     /// The layer; `None`: the only one, or `ortho`.
     pub layer: Option<String>,
-    /// No fix where the map shows less than this share of the image.
+    /// Least share of the image that the map must show for a fix.
     #[serde(default = "half")]
     pub least_covered: f64,
-    /// How far beyond the bounds of the layer's tiles the aircraft's waypoints may lie, metres; negative: how far they stay within.
+    /// Distance beyond the bounds of the layer's tiles within which waypoints may lie, metres; negative: inside the
+    /// bounds.
     #[serde(default)]
     pub beyond_m: f64,
 }
@@ -173,40 +176,41 @@ pub struct StoreModel {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CovarianceModel {
-    /// So many of the flights.
+    /// Number of the flights with a filter.
     pub runs: u32,
     /// Above ground, metres.
     pub height_m: f64,
-    /// What the compass is wrong by throughout, degrees.
+    /// Constant error of the compass, degrees.
     pub heading_offset_deg: f64,
-    /// What it is wrong by anew at each image, degrees.
+    /// Independent error of the compass at each image, degrees.
     pub heading_noise_deg: f64,
-    /// What the altimeter is wrong by throughout, as a ratio.
+    /// Constant error of the altimeter, as a ratio.
     pub height_offset_ratio: f64,
-    /// What it is wrong by anew at each image, as a ratio.
+    /// Independent error of the altimeter at each image, as a ratio.
     pub height_noise_ratio: f64,
-    /// Of the turn that a relative registration tells, degrees.
+    /// Turn of a relative registration, degrees.
     pub turn_noise_deg: f64,
-    /// Of the climb that it tells, as a ratio of the height.
+    /// Climb of a relative registration, as a ratio of the height.
     pub climb_noise_ratio: f64,
-    /// Of the start, per axis, metres.
+    /// Start, per axis, metres.
     pub start_sigma_m: f64,
-    /// Of a fix, per axis, metres.
+    /// Fix, per axis, metres.
     pub fix_sigma_m: f64,
-    /// Share of a fix's variance that all fixes of a flight have in common, as the map's own error is.
+    /// Share of the variance of a fix that all fixes of a flight have in common, like the map's own error.
     #[serde(default = "whole")]
     pub fix_common_share: f64,
-    /// Of a fix's heading, degrees.
+    /// Heading of a fix, degrees.
     pub fix_heading_deg: f64,
-    /// Of a fix's scale, as a ratio.
+    /// Scale of a fix, as a ratio.
     pub fix_scale_ratio: f64,
-    /// What the estimate is told of its steps' and fixes' standard deviations, over what is drawn: 1, or the check must fail.
+    /// Ratio of the standard deviations stated to the filter (steps and fixes) to the true ones. With any value but 1
+    /// the check must fail.
     #[serde(default = "whole")]
     pub stated_ratio: f64,
 }
 
 impl Scenario {
-    /// What the models are reckoned from.
+    /// The parameters of the models.
     pub fn parameters(&self) -> CouplingParameters {
         CouplingParameters {
             across_m: self.aircraft.across_m,
@@ -226,19 +230,19 @@ impl Scenario {
         }
     }
 
-    /// From one relative registration to the next, seconds: t0, or the whole intervals between images that it takes.
+    /// Time from one relative registration to the next, seconds: t0, or the whole image intervals that it takes.
     pub fn step_s(&self) -> f64 {
         whole_intervals(self.execution.relative_s, self.aircraft.image_interval_s)
     }
 }
 
-/// `elapsed_s`, or, where images come at intervals, the time until the first image not before that.
+/// `elapsed_s` or, if images come at intervals, the time until the first image at or after it.
 pub fn whole_intervals(elapsed_s: f64, interval_s: f64) -> f64 {
-    // A rounding error is no reason to wait for another image.
+    // A rounding error must not add an interval.
     if interval_s > 0.0 { (elapsed_s / interval_s - 1e-9).ceil().max(0.0) * interval_s } else { elapsed_s }
 }
 
-/// A mode that is simulated, and how it may be spelt: `auto` looks at images.
+/// The modes that are simulated. `auto` is not: it depends on images.
 const MODES: [Mode; 4] = [Mode::Sequential, Mode::Parallel, Mode::Combined, Mode::RelativeOnly];
 
 fn modes<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Mode>, D::Error> {

@@ -1,4 +1,5 @@
-//! `SimulatedSearch`: what an absolute registration searches on a simulated flight, how long that takes, and why it fails if it does.
+//! `SimulatedSearch`: the extent and the duration of an absolute registration on a simulated flight, and the reason
+//! of its failure.
 
 use super::case::ScenarioCase;
 use super::drift::SimulatedDrift;
@@ -13,9 +14,9 @@ use overfly_core::region::{ImageOnGround, Uncertainty};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-/// What a search covers.
+/// The extent of a search.
 pub struct SimulatedSearch {
-    /// Images' worth of map that it reads.
+    /// The map that the search reads, in images.
     pub nominal_count: f64,
     /// t_exe, seconds.
     pub execution_s: f64,
@@ -38,7 +39,7 @@ pub struct SearchState<'a> {
 }
 
 impl SearchState<'_> {
-    /// What is searched, and how long that takes.
+    /// The extent and the duration of a search at a pose.
     pub fn search(&self, pose: Option<&TruePose>) -> Result<SimulatedSearch, GeodesyError> {
         let (scenario, execution) = (self.case.scenario, &self.case.scenario.execution);
         let (aircraft, errors) = (&scenario.aircraft, &scenario.errors);
@@ -72,7 +73,7 @@ impl SearchState<'_> {
         })
     }
 
-    /// Where the image is taken to be, and how sure that is.
+    /// The assumed pose of the image, and its uncertainty.
     fn region(&self, pose: &TruePose) -> Result<(TruePose, Uncertainty), GeodesyError> {
         let (aircraft, errors) = (&self.case.scenario.aircraft, &self.case.scenario.errors);
         let inaccuracy_m = errors.inaccuracy_m;
@@ -96,17 +97,19 @@ impl SearchState<'_> {
         })
     }
 
-    /// Why a search fails, if it does. What is drawn is drawn in any case, so that one flight's draws stay in step.
+    /// The reason why a search fails, or `None`. The random number is drawn in any case, so that the draws of a
+    /// flight stay in step.
     pub fn cause(&mut self, search: &SimulatedSearch, pose: Option<&TruePose>) -> Option<FailureCause> {
         let (aircraft, failures) = (&self.case.scenario.aircraft, &self.case.scenario.failures);
         let draw: f64 = self.rng.random();
         let is_drawn = match (failures.law, failures.probability) {
-            // What the next relative registration hangs on lies anywhere along the image, and has left it when it is overtaken.
+            // The ground that the next relative registration needs lies anywhere along the image. It is lost when the
+            // aircraft has passed it.
             (FailureLaw::Overlap, _) => {
                 self.case.mode == Mode::Sequential && draw * aircraft.along_m < aircraft.speed_mps * search.execution_s
             }
             (FailureLaw::Constant, p) => draw < p.unwrap_or(0.0),
-            // No image's worth of map deceives.
+            // The search succeeds if no image of map contains a false match.
             (FailureLaw::PerImage, each) => draw > (1.0 - each.unwrap_or(0.0)).powf(search.nominal_count),
         };
         let is_outside = self.case.mode != Mode::Combined && !self.drift.is_within_region(&self.case.scenario.errors);
@@ -125,7 +128,7 @@ impl SearchState<'_> {
         }
     }
 
-    /// Whether searches take so long that they will not settle any more.
+    /// Whether searches take so long that they no longer settle.
     pub fn is_lost(&self, execution_s: f64) -> bool {
         let aircraft = &self.case.scenario.aircraft;
         match (self.case.mode, self.case.scenario.failures.law) {

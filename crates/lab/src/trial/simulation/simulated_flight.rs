@@ -1,7 +1,8 @@
 //! `SimulatedFlight`: one simulated flight on a virtual clock: relative registrations, searches, fixes and failures.
 //!
-//! It knows the world and not the models: a search reads the map under its region, what takes time lets the aircraft fly on, and
-//! a registration fails because of what happens to it. What `coupling` predicts is computed elsewhere.
+//! The flight knows the world and not the models: a search reads the map under its region, the aircraft flies on
+//! while it waits, and a registration fails because of its circumstances. The predictions of `coupling` are computed
+//! elsewhere.
 
 use super::case::{Draws, ScenarioCase};
 use super::drift::SimulatedDrift;
@@ -16,9 +17,9 @@ use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_flight::navigate::FilterError;
 use rand::Rng;
 
-/// A flight over nothing in particular begins here.
+/// Start of a flight over an endless map.
 const NOWHERE_DEG: (f64, f64) = (47.0, 10.0);
-/// And stays within so much of it, metres.
+/// Half extent of the area of such a flight, metres.
 const NOWHERE_HALF_M: f64 = 40_000.0;
 
 /// A flight under way.
@@ -26,7 +27,7 @@ pub struct SimulatedFlight<'a> {
     state: SearchState<'a>,
     failed_last: bool,
     tally: FlightTally,
-    /// Where it truly is, where that matters.
+    /// The true route, if it matters.
     route: Option<SimulatedRoute>,
     track: Option<FilterTrack<'a>>,
 }
@@ -35,7 +36,7 @@ impl<'a> SimulatedFlight<'a> {
     /// Flies one mission.
     ///
     /// # Errors
-    /// Where a position leaves the ellipsoid's local frame, which no route does.
+    /// If a position leaves the local frame, which no route does, or the filter fails.
     pub fn fly(case: &'a ScenarioCase<'a>, run: u32) -> Result<FlightTally, FilterError> {
         let mut flight = Self::start(case, run)?;
         match case.mode {
@@ -71,7 +72,7 @@ impl<'a> SimulatedFlight<'a> {
             }
             _ => None,
         };
-        // In the middle of a flight the last fix lies a part of a cycle back.
+        // In the middle of a flight the last fix is a random part of a cycle old.
         let period_s = case.adjusted.map_or(0.0, |a| case.plan.mission_s / a.absolute_count.max(1e-300));
         let phase_s = rng.random::<f64>() * period_s;
         let now_s = if scenario.without_fix_s.is_some() { 0.0 } else { -phase_s.min(case.plan.mission_s) };
@@ -85,7 +86,7 @@ impl<'a> SimulatedFlight<'a> {
         })
     }
 
-    /// n relative registrations, a search that is waited for, and again.
+    /// The sequential mode: n relative registrations, a search to wait for, and again.
     fn sequential(&mut self) -> Result<(), FilterError> {
         loop {
             let retries = self.failed_last && self.state.case.scenario.failures.after == AfterFailure::Retry;
@@ -96,10 +97,10 @@ impl<'a> SimulatedFlight<'a> {
         }
     }
 
-    /// One search after another; in the parallel mode relative registrations go on beside.
+    /// The other modes: one search after another. In the parallel mode relative registrations continue beside them.
     fn search_after_search(&mut self) -> Result<(), FilterError> {
         let scenario = self.state.case.scenario;
-        // As long without a fix as stated, or as searches take that have settled.
+        // The time without a fix is the stated one, or that of settled searches.
         let settled_s = self.state.case.adjusted.map_or(0.0, |a| a.execution_s);
         let since_s = scenario.without_fix_s.unwrap_or(settled_s);
         self.state.fixed_s = self.state.now_s - since_s;
@@ -110,7 +111,7 @@ impl<'a> SimulatedFlight<'a> {
         Ok(())
     }
 
-    /// Relative registrations that end in a time: whole ones where images come at intervals.
+    /// Relative registrations in a time: whole ones if images come at intervals.
     fn registrations(&self, elapsed_s: f64) -> f64 {
         let count = elapsed_s / self.state.case.scenario.step_s();
         if self.state.case.scenario.aircraft.image_interval_s > 0.0 { (count + 1e-9).floor() } else { count }
@@ -128,7 +129,7 @@ impl<'a> SimulatedFlight<'a> {
         Ok(())
     }
 
-    /// Shows the estimate all images up to a moment; without one the aircraft flies there at once.
+    /// Gives the filter all images up to a moment. Without a filter the aircraft flies there at once.
     fn images_until(&mut self, end_s: f64) -> Result<(), FilterError> {
         let (step_s, speed_mps) = (self.state.case.scenario.step_s(), self.state.case.scenario.aircraft.speed_mps);
         let Some(route) = &mut self.route else { return Ok(()) };
@@ -147,7 +148,7 @@ impl<'a> SimulatedFlight<'a> {
         Ok(())
     }
 
-    /// A search at this image, and what comes of it; whether the mission goes on.
+    /// Searches at this image and takes in the result. Returns whether the mission goes on.
     fn absolute(&mut self) -> Result<bool, FilterError> {
         let scenario = self.state.case.scenario;
         let began_s = self.state.now_s;
@@ -155,7 +156,7 @@ impl<'a> SimulatedFlight<'a> {
         let search = self.state.search(pose.as_ref())?;
         self.tally.is_lost |= self.state.is_lost(search.execution_s);
         let end_s = began_s + search.execution_s;
-        // Beyond all missions, and where times have grown beyond all numbers.
+        // NaN stands for times beyond all numbers.
         let is_over = end_s.is_nan() || end_s > self.state.case.plan.mission_s;
         let cause = self.state.cause(&search, pose.as_ref());
         if let Some(track) = &mut self.track {
@@ -166,7 +167,7 @@ impl<'a> SimulatedFlight<'a> {
         if is_over {
             return Ok(false);
         }
-        // What ended before the mission began stands for the flight before it.
+        // A search that ended before the mission began belongs to the flight before it.
         if end_s > 0.0 {
             self.tally.count(cause, search.execution_s, search.nominal_count, end_s, self.failed_last);
         }
@@ -175,7 +176,7 @@ impl<'a> SimulatedFlight<'a> {
         Ok(true)
     }
 
-    /// What happens while a search runs.
+    /// Flies on while a search runs.
     fn fly_on(&mut self, next_s: f64) -> Result<(), FilterError> {
         let until_s = next_s.min(self.state.case.plan.mission_s + self.state.case.scenario.step_s());
         if self.state.case.mode == Mode::Parallel {
@@ -187,7 +188,7 @@ impl<'a> SimulatedFlight<'a> {
         Ok(())
     }
 
-    /// Takes in what a search of an earlier image said.
+    /// Takes in the result of a search of an earlier image.
     fn take(&mut self, cause: Option<FailureCause>, pose: Option<TruePose>, began_s: f64) -> Result<(), FilterError> {
         let (errors, failures) = (&self.state.case.scenario.errors, &self.state.case.scenario.failures);
         let is_false = cause.is_some() && self.state.rng.random::<f64>() < failures.false_share;

@@ -13,16 +13,16 @@ pub struct SimulatedFlights {
     pub variation: String,
     /// The mode.
     pub mode: Mode,
-    /// Its numbers.
+    /// The parameters.
     pub scenario: Scenario,
-    /// Mission and n.
+    /// Mission time and n.
     pub plan: MissionPlan,
-    /// What of the model's assumptions does not hold.
+    /// The assumptions of the model that do not hold.
     pub departures: Vec<&'static str>,
-    /// What the models say.
+    /// The predictions of the models.
     pub prediction: Prediction,
-    /// What they would say with what they leave out.
+    /// The predictions with what the models leave out.
     pub adjusted: Option<Adjusted>,
-    /// What each flight came to, in the order of their numbers.
+    /// The counts of each flight, in the order of flight numbers.
     pub tallies: Vec<FlightTally>,
 }

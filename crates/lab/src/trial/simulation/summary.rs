@@ -1,4 +1,4 @@
-//! `SimulationSummary`: what the flights of a scenario came to, beside what was predicted.
+//! `SimulationSummary`: the results of the flights of a scenario beside the predictions.
 
 use super::adjusted::Adjusted;
 use super::comparison::{BandComparison, CONFIDENCE, Claim, ClaimKind, Family, confidence_each};
@@ -18,27 +18,27 @@ pub struct SimulationSummary {
     pub variation: String,
     /// The mode.
     pub mode: Mode,
-    /// Flights.
+    /// Number of flights.
     pub runs: u32,
     /// T0, seconds.
     pub mission_s: f64,
-    /// n; of the sequential mode.
+    /// n, for the sequential mode.
     pub relative_count: Option<u64>,
-    /// What of the model's assumptions does not hold, as words.
+    /// The assumptions of the model that do not hold, as words.
     pub departures: Vec<&'static str>,
-    /// What the models say.
+    /// The predictions of the models.
     pub predicted: Prediction,
-    /// What they would say with what they leave out; absent where there is no closed form.
+    /// The predictions with what the models leave out; absent if there is no closed form.
     pub adjusted: Option<Adjusted>,
-    /// What happened.
+    /// The simulated figures.
     pub simulated: Simulated,
-    /// What became of the estimates.
+    /// The score of the filters.
     pub covariance: Option<CovarianceScore>,
-    /// Predicted against simulated.
+    /// Predicted figures against simulated ones.
     pub comparisons: Vec<BandComparison>,
 }
 
-/// What happened. Counts are means over the flights where no other unit is said.
+/// The simulated figures. Counts are means over the flights unless stated otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Simulated {
     /// Absolute registrations of a flight.
@@ -47,54 +47,54 @@ pub struct Simulated {
     pub failures: f64,
     /// Failures over absolute registrations.
     pub failure_probability: Option<f64>,
-    /// The same of those whose predecessor had failed: larger where failures come together.
+    /// The same after a failed registration: greater if failures cluster.
     pub failure_probability_after_failure: Option<f64>,
-    /// Variance of a flight's failures over their mean: 1 - p where they come one by one, larger where together.
+    /// Variance of a flight's failures over their mean: 1 - p if they are independent, greater if they cluster.
     pub dispersion: Option<f64>,
-    /// Failures that were drawn, of all flights.
+    /// Drawn failures of all flights.
     pub drawn: u64,
-    /// Failures because the image was not where it was searched, of all flights.
+    /// Failures of all flights because the image lay outside the searched region.
     pub outside_region: u64,
-    /// Failures because the map does not show the image, of all flights.
+    /// Failures of all flights because the map does not show the image.
     pub no_map: u64,
-    /// Failures that gave a wrong position, of all flights.
+    /// Failures of all flights with a wrong position.
     pub false_fixes: u64,
     /// Share of the flights with at least one failure.
     pub flights_with_failure: f64,
-    /// Share of the flights whose searches left the range from which they settle.
+    /// Share of the flights whose searches left the range in which they settle.
     pub flights_lost: f64,
-    /// 𝒩 of a search: images' worth of map that was read.
+    /// 𝒩 of a search: the map that was read, in images.
     pub nominal_count: Option<f64>,
     /// t_exe, seconds.
     pub execution_s: Option<f64>,
     /// t_exe of each flight's last search, seconds.
     pub last_execution_s: Option<f64>,
-    /// The mission in which one failure is to be expected, seconds.
+    /// Length of the mission in which one failure is expected, seconds.
     pub max_mission_s: Option<f64>,
-    /// The time within which 5 % of the flights had a failure, seconds.
+    /// Time within which 5 % of the flights had a failure, seconds.
     pub mission_within_risk_s: Option<f64>,
 }
 
-/// What became of the estimates.
+/// The score of the filters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CovarianceScore {
-    /// Flights with an estimate.
+    /// Flights with a filter.
     pub runs: usize,
-    /// Images of them.
+    /// Images of these flights.
     pub images: u64,
-    /// Share of all images whose truth lies in the estimate's own 95 % ellipse.
+    /// Share of all images at which the filter's own 95 % ellipse contains the truth.
     pub ellipse95_coverage: f64,
-    /// The same at one image of each flight, at a moment drawn: these are independent.
+    /// The same at one image of each flight, at a random moment: these are independent.
     pub ellipse95_coverage_sampled: f64,
-    /// Mean of e^T C^-1 e at those images: 2 where covariances are true.
+    /// Mean NEES e^T C^-1 e at those images: 2 if covariances are true.
     pub nees_mean: f64,
     /// Error at those images, metres.
     pub position_error_m: Option<Quantiles>,
-    /// Coverage at even moments of the mission, over the flights; absent where no image was taken after.
+    /// Coverage at evenly spaced moments of the mission, over the flights; absent if no image was taken after.
     pub coverage_over_time: Vec<Option<f64>>,
 }
 
-/// Summaries of all that was flown, and how many of their comparisons hold.
+/// Summarises all flights, and counts the comparisons inside their bands.
 pub fn summarize(flown: &[SimulatedFlights]) -> (Vec<SimulationSummary>, Family) {
     let claims: Vec<Vec<Claim>> = flown.iter().map(claims).collect();
     let count = claims.iter().map(Vec::len).sum();
@@ -127,7 +127,7 @@ pub fn summarize(flown: &[SimulatedFlights]) -> (Vec<SimulationSummary>, Family)
     (summaries, family)
 }
 
-/// What is claimed of the flights of a scenario.
+/// The predictions to compare for the flights of a scenario.
 fn claims(flown: &SimulatedFlights) -> Vec<Claim> {
     let (predicted, scenario, runs) = (&flown.prediction, &flown.scenario, flown.tallies.len() as f64);
     let simulated = Simulated::from_tallies(&flown.tallies, flown.plan.mission_s);
@@ -158,7 +158,7 @@ fn claims(flown: &SimulatedFlights) -> Vec<Claim> {
     claims
 }
 
-/// Where nothing is drawn that bears on it, searches must settle as predicted, at what is predicted.
+/// Without random influence, searches must settle as predicted, at the predicted duration.
 fn settling_claims(flown: &SimulatedFlights, simulated: &Simulated) -> Vec<Claim> {
     let failures = &flown.scenario.failures;
     let is_undisturbed = failures.after == AfterFailure::Afresh || failures.law == FailureLaw::Overlap;
@@ -226,7 +226,7 @@ fn first_share_s(tallies: &[FlightTally]) -> Option<f64> {
 }
 
 impl CovarianceScore {
-    /// Of the flights that had an estimate; `None` of none.
+    /// The score of the flights with a filter; `None` without any.
     fn from_tallies(tallies: &[FlightTally]) -> Option<Self> {
         let tracks: Vec<&TrackTally> = tallies.iter().filter_map(|t| t.track.as_deref()).collect();
         let nees: Vec<f64> = tracks.iter().filter_map(|t| t.nees).collect();

@@ -22,11 +22,11 @@ pub struct FilterTrack<'a> {
     rng: ChaCha8Rng,
     filter: NavigationFilter,
     pose: TruePose,
-    /// What compass and altimeter are wrong by throughout.
+    /// Constant errors of compass and altimeter.
     offsets: [f64; 2],
-    /// What all fixes are wrong by, metres.
+    /// Common error of all fixes, metres.
     map_error_m: [f64; 2],
-    /// Of one relative registration, per axis: what is repeated since the last fix, metres.
+    /// Error of each relative registration since the last fix, per axis, if they repeat it, metres.
     each_m: [f64; 2],
     /// The filter at the image whose search runs, and the time updates since.
     pending: Option<(NavigationFilter, Vec<TimeUpdate>)>,
@@ -36,10 +36,10 @@ pub struct FilterTrack<'a> {
 }
 
 impl<'a> FilterTrack<'a> {
-    /// At the first image.
+    /// Starts the filter at the first image.
     ///
     /// # Errors
-    /// Where a position leaves the ellipsoid's local frame.
+    /// If a position leaves the local frame.
     pub fn start(
         model: &'a CovarianceModel,
         scenario: &'a Scenario,
@@ -80,7 +80,7 @@ impl<'a> FilterTrack<'a> {
         })
     }
 
-    /// The next image, registered against the last.
+    /// Takes in the next image, registered against the last.
     ///
     /// # Errors
     /// As [`FilterTrack::start`].
@@ -99,7 +99,7 @@ impl<'a> FilterTrack<'a> {
         Ok(())
     }
 
-    /// What a relative registration says of the way from the last image to one.
+    /// The relative registration of an image against the last one.
     fn registered(&mut self, pose: &TruePose) -> OdometryStep {
         let moved = LocalFrame::at(self.pose.position).enu_from_geodetic(pose.position);
         let moved = BodyFrame::from(self.pose.heading).body_from_enu(moved);
@@ -123,13 +123,13 @@ impl<'a> FilterTrack<'a> {
     /// One standard deviation per axis of one relative registration, metres.
     fn step_sigma_m(&self) -> f64 {
         match self.errors.drift {
-            // Of an even distribution over twice D_U.
+            // Standard deviation of a uniform distribution of width 2 D_U.
             DrawnDrift::Bias => self.errors.unit_drift_m / 3f64.sqrt(),
             DrawnDrift::Independent => self.errors.unit_drift_m / self.errors.drift_sigmas,
         }
     }
 
-    /// A search of the last image begins.
+    /// Begins a search of the last image.
     pub fn begin(&mut self) {
         self.pending = Some((self.filter.clone(), Vec::new()));
     }
@@ -182,7 +182,7 @@ impl<'a> FilterTrack<'a> {
         }
     }
 
-    /// What became of it.
+    /// The counts.
     pub fn into_tally(self) -> TrackTally {
         self.tally
     }
@@ -203,7 +203,7 @@ fn reading(
     }
 }
 
-/// What every relative registration errs by until the next fix, where they err alike.
+/// Draws the error that every relative registration repeats until the next fix.
 fn repeated(errors: &ErrorModel, rng: &mut ChaCha8Rng) -> [f64; 2] {
     [(); 2].map(|()| errors.unit_drift_m * (2.0 * rng.random::<f64>() - 1.0))
 }
