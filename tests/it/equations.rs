@@ -46,12 +46,17 @@ fn rows(document: &str) -> Vec<Row> {
     rows
 }
 
-/// The text of a module: all files below `src/NAME/`.
+/// The folders of sources: of the program and of every library.
+fn source_folders() -> Vec<PathBuf> {
+    let crates = std::fs::read_dir(root().join("crates")).unwrap();
+    let libraries = crates.map(|entry| entry.unwrap().path().join("src"));
+    std::iter::once(root().join("src")).chain(libraries).collect()
+}
+
+/// The text of a module: all files below `src/NAME/` of the program or of a library.
 fn module_text(path: &str) -> Option<String> {
-    let folder = root().join("src").join(path.split("::").next()?);
-    if !folder.is_dir() {
-        return None;
-    }
+    let name = path.split("::").next()?;
+    let folder = source_folders().into_iter().map(|folder| folder.join(name)).find(|folder| folder.is_dir())?;
     let mut files = Vec::new();
     rust_files(&folder, &mut files);
     Some(files.iter().map(|file| std::fs::read_to_string(file).unwrap()).collect())
@@ -129,8 +134,8 @@ fn every_path_in_the_prose_exists() {
 
 /// Whether `outer::inner` is a folder or file of sources.
 fn module_exists(path: &str) -> bool {
-    let place = root().join("src").join(path.replace("::", "/"));
-    place.is_dir() || place.with_extension("rs").is_file()
+    let mut places = source_folders().into_iter().map(|folder| folder.join(path.replace("::", "/")));
+    places.any(|place| place.is_dir() || place.with_extension("rs").is_file())
 }
 
 #[test]

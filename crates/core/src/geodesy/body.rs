@@ -85,7 +85,7 @@ mod tests {
         }
 
         #[test]
-        fn ahead_points_along_the_heading(heading_rad in 0.0..6.28f64) {
+        fn ahead_points_along_the_heading(heading_rad in 0.0..std::f64::consts::TAU) {
             let enu = BodyFrame::from_heading_rad(heading_rad).enu_from_body(BodyOffset { right_m: 0.0, ahead_m: 5.0 });
             let course = Heading::from_enu(enu);
             prop_assert!(course.turn_rad_from(Heading::from_radians(heading_rad)).abs() < 1e-12);
