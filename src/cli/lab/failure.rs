@@ -11,6 +11,11 @@ impl From<TrialError> for Failure {
             TrialError::Store(error) => error.remedy().map(|remedy| spell(remedy).to_owned()),
             TrialError::Imagery(error) => error.remedy().as_ref().map(spell_ingest),
             TrialError::Locate { cause, .. } => locate_remedy(cause).map(str::to_owned),
+            TrialError::NoPlace { .. } => Some("take larger images, or a smaller `--edge-px`".into()),
+            TrialError::NoStorePath { .. } => Some("state it, or name the store with `--db`".into()),
+            TrialError::Option { name: "images", .. } => {
+                Some("`overfly calibrate` takes five images for each of its `--pairs`".into())
+            }
             _ => None,
         };
         let code = error.code();

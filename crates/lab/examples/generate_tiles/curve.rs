@@ -13,7 +13,7 @@ pub struct Curve {
     bins: HashMap<(i32, i32), Vec<u32>>,
 }
 
-/// Where a point lies beside a curve.
+/// The place of a point beside a curve.
 #[derive(Clone, Copy)]
 pub struct Beside {
     /// Distance, metres; positive on the right when going along.
@@ -57,7 +57,7 @@ impl Curve {
         Self { points, bins }
     }
 
-    /// Where (x, y) lies beside the curve; `None` farther than about 40 m.
+    /// Returns the place of (x, y) beside the curve; `None` farther than about 40 m.
     pub fn beside(&self, x: f64, y: f64) -> Option<Beside> {
         let near = self.bins.get(&((x / BIN_M).floor() as i32, (y / BIN_M).floor() as i32))?;
         let mut best: Option<Beside> = None;

@@ -9,7 +9,7 @@ pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     h ^ (h >> 15)
 }
 
-/// As [`hash`], in [0, 1).
+/// Like [`hash`], in [0, 1).
 pub fn chance(seed: u32, x: i32, y: i32) -> f32 {
     (hash(seed, x, y) >> 8) as f32 / (1u32 << 24) as f32
 }

@@ -50,7 +50,7 @@ impl Tree {
     }
 }
 
-/// What a roof is made of.
+/// The material of a roof.
 #[derive(Clone, Copy)]
 pub enum Roof {
     /// Red to brown clay.

@@ -31,7 +31,7 @@ pub struct Parcels {
     seed: u32,
 }
 
-/// Where a point lies in the partition.
+/// The place of a point in the partition.
 pub struct ParcelPlace {
     /// Index of the parcel.
     pub parcel: usize,
@@ -98,7 +98,7 @@ impl Parcels {
         id
     }
 
-    /// Where (x, y) lies in an epoch.
+    /// Returns the place of (x, y) in an epoch.
     pub fn place(&self, x: f64, y: f64, epoch: usize) -> ParcelPlace {
         let bend = |k: u32| {
             22.0 * f64::from(smooth(self.seed + k, x / 420.0, y / 420.0))

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 /// Width (towards east) and height (towards south) of the scene, metres.
 pub const SIZE_M: [f64; 2] = [2560.0, 2048.0];
 
-/// What a piece of land is used for.
+/// The use of a piece of land.
 #[derive(Clone, Copy, PartialEq)]
 pub enum LandUse {
     /// Ploughed; which crop depends on the epoch.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// The greatest height of anything, metres.
 const TALLEST_M: f32 = 30.0;
 
-/// Where the sun stands.
+/// The position of the sun.
 #[derive(Clone, Copy)]
 pub struct Sun {
     /// Clockwise from north, degrees.

@@ -22,9 +22,9 @@ pub fn calibration_svg(score: &NegativeScore) -> String {
             .x_label_area_size(46)
             .y_label_area_size(64)
             .build_cartesian_2d(deepest - 0.3..-0.7, deepest..0.0)?;
-        mesh(&mut chart, "stated: log10 of the accidents expected, below", "came: log10 of the share of negatives")?;
+        mesh(&mut chart, "stated: log10 of the false alarms, below", "observed: log10 of the share of negatives")?;
         let diagonal = [(deepest - 0.3, deepest - 0.3), (-0.7, -0.7)].map(|(x, y): (f64, f64)| (x, y.max(deepest)));
-        named_line(&mut chart, "at most this may come; bars: 95 % bounds", INK, diagonal)?;
+        named_line(&mut chart, "greatest share allowed; bars: 95 % bounds", INK, diagonal)?;
         for (i, region) in score.by_region.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             // Side by side, so that bounds do not hide each other.

@@ -1,4 +1,4 @@
-//! What all plots share: colours, axes, legends. A plot is SVG text that takes the ink colour of its page.
+//! Parts of all plots: colours, axes, legends. A plot is SVG text that takes the ink colour of its page.
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};

@@ -5,7 +5,7 @@ use crate::trial::{FixOutcome, FixScore, RecordedFlight};
 use overfly_core::pixels::Colour;
 use overfly_flight::locate::{Answer, Fix};
 
-/// What the page is made from. `to_html` writes it.
+/// The content of the page. `to_html` writes the page.
 pub struct FlightReport<'a> {
     /// Heading of the page.
     pub title: &'a str,

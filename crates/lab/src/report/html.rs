@@ -1,4 +1,4 @@
-//! What all pages share: the frame of a page, cards, numbers.
+//! Parts of all pages: the frame of a page, cards, numbers.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -49,7 +49,7 @@ impl Page<'_> {
 pub struct Card {
     /// The number, with its unit.
     pub value: Markup,
-    /// What it says.
+    /// The name of the number.
     pub name: String,
     /// Whether to show it as a failure.
     pub is_bad: bool,

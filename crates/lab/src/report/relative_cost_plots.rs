@@ -148,7 +148,12 @@ fn drift_svg(laws: &RelativeLaws) -> String {
         bins.iter().map(|b| (b.matches, b.rms_px.max(LEAST_DRIFT_PX), b.drift_px.max.max(LEAST_DRIFT_PX))).collect()
     };
     let series = [
-        ("keypoints alone, every pair, accidents included", UNCHECKED, dots(&laws.keypoints_unchecked.bins), None),
+        (
+            "keypoints alone, every pair, chance agreements included",
+            UNCHECKED,
+            dots(&laws.keypoints_unchecked.bins),
+            None,
+        ),
         ("keypoints alone, registered pairs", KEYPOINTS, dots(&laws.keypoints.bins), laws.keypoints.law),
         ("as the program registers", RIGHT, dots(&laws.program.bins), laws.program.law),
     ];

@@ -7,7 +7,7 @@ use overfly_flight::navigate::ExecutionTimes;
 pub struct ReplayedFlight<'a> {
     /// The result of each image.
     pub outcomes: &'a [FlyOutcome],
-    /// Its score.
+    /// The score.
     pub score: &'a FlyScore,
     /// Execution times.
     pub execution_times: ExecutionTimes,

@@ -103,6 +103,14 @@ pub enum TrialError {
         /// The variation and the field, and what is wrong with it.
         reason: String,
     },
+    /// A scenario flies over a store whose path is not stated.
+    #[error("{path} does not describe a simulation: {scenario}: store.path is not stated")]
+    NoStorePath {
+        /// The file.
+        path: PathBuf,
+        /// Name of the scenario.
+        scenario: String,
+    },
     /// The store cannot be read.
     #[error(transparent)]
     Store(Box<StoreError>),
@@ -117,8 +125,7 @@ pub enum TrialError {
     Imagery(Box<ImageryError>),
     /// An image is too small for the views that are cut from it.
     #[error(
-        "{path}: its {width_px} x {height_px} px have no place for two views of {edge_px} px that share a tenth; take larger \
-         images without missing pixels, or a smaller --edge-px"
+        "{path}: its {width_px} x {height_px} px have no place without missing pixels for two views of {edge_px} px that share a tenth"
     )]
     NoPlace {
         /// The image.
@@ -177,7 +184,7 @@ impl TrialError {
             Self::MissingImage { .. } => "missing_image",
             Self::NoTruth { .. } => "no_truth",
             Self::NotACamera { .. } => "not_a_camera",
-            Self::NotASimulation { .. } => "not_a_simulation",
+            Self::NotASimulation { .. } | Self::NoStorePath { .. } => "not_a_simulation",
             Self::Store(e) => e.code(),
             Self::Candidates(e) => e.code(),
             Self::Frame(e) => e.code(),

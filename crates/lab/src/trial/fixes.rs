@@ -34,7 +34,7 @@ pub struct FixTrial {
 /// The result of one frame.
 #[derive(Debug, Clone)]
 pub struct FixOutcome {
-    /// As `flight.csv` names it.
+    /// Name in `flight.csv`.
     pub image: String,
     /// The true nadir.
     pub truth: Geodetic,

@@ -133,7 +133,7 @@ impl RelativeTrial {
             return refuse("images", self.images, "at least as many as pairs of each overlap");
         }
         if self.images > MOST_IMAGES {
-            return refuse("images", self.images, "at most 2000; calibrate takes five for each of its --pairs");
+            return refuse("images", self.images, "at most 2000");
         }
         if self.edge_px < 128 {
             return refuse("edge_px", self.edge_px, "at least 128");

@@ -70,8 +70,8 @@ impl Simulation {
                 continue;
             };
             let Some(path) = &model.path else {
-                let reason = "store.path: state it, or name the store with --db";
-                return Err(self.refuse(&variation.name, reason.into()));
+                let scenario = variation.name.clone();
+                return Err(TrialError::NoStorePath { path: self.path.clone(), scenario });
             };
             let key = (path.as_path(), model.layer.as_deref());
             let map = match loaded.get(&key) {

@@ -36,7 +36,7 @@ pub struct Scenario {
     pub sequential: SequentialModel,
     /// A store to fly over; `None`: an endless map, searched by equation 3.
     pub store: Option<StoreModel>,
-    /// What `navigate::NavigationFilter` is tried with beside; `None`: it is not.
+    /// The sensors of a `navigate::NavigationFilter` beside the flights; `None`: no filter.
     pub covariance: Option<CovarianceModel>,
 }
 
@@ -89,7 +89,7 @@ pub enum DrawnDrift {
     Independent,
 }
 
-/// What registrations cost.
+/// The cost of registrations.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExecutionModel {
@@ -110,7 +110,7 @@ pub struct FailureModel {
     pub law: FailureLaw,
     /// p of `constant`; for `per_image`, the probability for each image of map.
     pub probability: Option<f64>,
-    /// What follows a failure.
+    /// The consequence of a failure.
     pub after: AfterFailure,
     /// Share of the failures with a wrong position instead of none.
     pub false_share: f64,
@@ -135,7 +135,7 @@ pub enum FailureLaw {
     PerImage,
 }
 
-/// What follows a failure.
+/// The consequence of a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AfterFailure {
@@ -172,7 +172,7 @@ pub struct StoreModel {
     pub beyond_m: f64,
 }
 
-/// What `navigate::NavigationFilter` is tried with: the simulated aircraft's sensors. One standard deviation each.
+/// The sensors of the simulated aircraft for `navigate::NavigationFilter`. One standard deviation each.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CovarianceModel {

@@ -34,7 +34,7 @@ pub struct SearchState<'a> {
     pub fixed_s: f64,
     /// The error of the position now.
     pub drift: SimulatedDrift,
-    /// Where the last fix put the aircraft, where that matters.
+    /// The position of the last fix, if it matters.
     pub fixed_at: Option<TruePose>,
 }
 

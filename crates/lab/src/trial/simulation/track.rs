@@ -83,7 +83,7 @@ impl<'a> FilterTrack<'a> {
     /// Takes in the next image, registered against the last.
     ///
     /// # Errors
-    /// As [`FilterTrack::start`].
+    /// Like [`FilterTrack::start`].
     pub fn step(&mut self, pose: TruePose, time_s: f64) -> Result<(), FilterError> {
         let (step, height_m) = (self.registered(&pose), self.model.height_m);
         let sigma = self.step_sigma_m() * self.model.stated_ratio / height_m;
@@ -137,7 +137,7 @@ impl<'a> FilterTrack<'a> {
     /// The search has ended: a fix updates the filter at its own image, and the time updates since are applied again.
     ///
     /// # Errors
-    /// As [`FilterTrack::start`].
+    /// Like [`FilterTrack::start`].
     pub fn deliver(&mut self, image: &TruePose, is_fix: bool) -> Result<(), FilterError> {
         let Some((mut updated, since)) = self.pending.take().filter(|_| is_fix) else { return Ok(()) };
         let scale = self.model.fix_scale_ratio * normal(&mut self.rng);
