@@ -1,6 +1,7 @@
-//! What hostile bytes are given to, shared by the fuzzers in `fuzz_targets/` and the short run in `tests/it/fuzz.rs`.
+//! Fuzz targets: functions that take hostile bytes. The fuzzers in `fuzz_targets/` and the short run in `tests/it/fuzz.rs`
+//! share them.
 //!
-//! A target may refuse its input in any way but one: it must not panic, and a service must not answer 500.
+//! A target may refuse its input with any error. It must not panic, and a service must not answer 500.
 
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
@@ -17,7 +18,7 @@ use overfly_store::{Reader, decode};
 use std::path::{Path, PathBuf};
 use tower::ServiceExt as _;
 
-/// What bytes are given to.
+/// A function that takes hostile bytes.
 type Target = fn(&[u8]);
 
 /// Name and body of every target.
@@ -32,7 +33,7 @@ pub const TARGETS: [(&str, Target); 8] = [
     ("http", http),
 ];
 
-/// A folder of this thread's own, in memory where there is such a place; it goes with the thread.
+/// Returns a folder of the current thread, in memory where possible. It is removed with the thread.
 fn folder() -> PathBuf {
     thread_local! {
         static FOLDER: tempfile::TempDir = {
@@ -44,28 +45,28 @@ fn folder() -> PathBuf {
     FOLDER.with(|folder| folder.path().to_owned())
 }
 
-/// Opens a source and looks at the ground in its middle.
-fn look_at(path: &Path) {
+/// Opens a source and warps it to a tile.
+fn open_and_warp(path: &Path) {
     let Ok(source) = Orthophoto::open(path, &OpenOptions::default()) else { return };
     let description = source.description();
     let pixels = description.width_px.saturating_mul(description.height_px);
     let Some(middle) = description.outline.first() else { return };
     if let Ok(tile) = TileId::containing(*middle, 14) {
-        // Blocks of huge images take long, and are no other code.
+        // Blocks of huge images take long and reach no other code.
         if pixels < 1 << 20 {
             let _ = source.warp(tile);
         }
     }
 }
 
-/// A GeoTIFF: layout, GeoKeys, bands, blocks.
+/// Reads a GeoTIFF: layout, GeoKeys, bands, blocks.
 pub fn geotiff(data: &[u8]) {
     let path = folder().join("a.tif");
     std::fs::write(&path, data).expect("writing to memory");
-    look_at(&path);
+    open_and_warp(&path);
 }
 
-/// World file (first line up to a NUL) and .prj beside a PNG.
+/// Reads a PNG's world file (the bytes before a NUL) and its .prj (the bytes after it).
 pub fn side_files(data: &[u8]) {
     const PNG: &[u8] = include_bytes!("four_pixels.png");
     let (world, prj) = data.split_at(data.iter().position(|b| *b == 0).unwrap_or(data.len()));
@@ -73,21 +74,21 @@ pub fn side_files(data: &[u8]) {
     for (name, bytes) in [("b.png", PNG), ("b.pgw", world), ("b.prj", prj.get(1..).unwrap_or(&[]))] {
         std::fs::write(folder.join(name), bytes).expect("writing to memory");
     }
-    look_at(&folder.join("b.png"));
+    open_and_warp(&folder.join("b.png"));
 }
 
-/// A camera frame.
+/// Decodes a camera frame.
 pub fn frame(data: &[u8]) {
     let _ = decode_frame_within(data, "a frame", FrameBounds { edge_px: 2000, pixels: 1 << 20 });
 }
 
-/// What a store holds of a tile: descriptors, picture.
+/// Decodes a tile's blobs: descriptors and image.
 pub fn blobs(data: &[u8]) {
     let _ = from_blob(data);
     let _ = decode(data);
 }
 
-/// A route file: GeoJSON, GPX or KML.
+/// Parses a route: GeoJSON, GPX or KML.
 pub fn route(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     for route in parse_routes(text).unwrap_or_default() {
@@ -95,7 +96,7 @@ pub fn route(data: &[u8]) {
     }
 }
 
-/// What an exported store says of itself, its seal, keys, and what a user states of age.
+/// Parses the seal and the manifest of an exported store, keys, dates and stale policies.
 pub fn package(data: &[u8]) {
     if let Some(seal) = data.get(..SEAL_LEN).and_then(|b| b.try_into().ok()).and_then(Seal::from_bytes) {
         assert_eq!(seal.to_bytes(), data[..SEAL_LEN]);
@@ -108,7 +109,7 @@ pub fn package(data: &[u8]) {
     let _ = (text.parse::<StalePolicy>(), parse_date(text), acquisition_day(text));
 }
 
-/// A patch: its header and records; or, where it does not begin as one, records alone.
+/// Parses a patch: its header and records, or records alone where no header is there.
 pub fn patch(data: &[u8]) {
     let mut rest = data;
     if let Ok(header) = PatchHeader::read(&mut rest) {
@@ -128,7 +129,8 @@ pub fn patch(data: &[u8]) {
     while let Ok(Some(_)) = records.inputs() {}
 }
 
-/// A request to the onboard service, first line the path with its query, the rest a fix's request; over a store of one tile.
+/// Sends a request to the onboard service of a small store. The first line is the path with its query, the rest the request
+/// of a fix.
 pub fn http(data: &[u8]) {
     thread_local! {
         static SERVICE: (tokio::runtime::Runtime, axum::Router) = service();
@@ -152,7 +154,7 @@ pub fn http(data: &[u8]) {
     });
 }
 
-/// A store of a few tiles, built once.
+/// Makes the onboard service of a store of a few tiles.
 fn service() -> (tokio::runtime::Runtime, axum::Router) {
     let db = folder().join("fuzz.gpkg");
     let tiles = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().find(|p| p.join("tiles/epoch_1").is_dir());

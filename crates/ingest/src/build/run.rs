@@ -1,4 +1,4 @@
-//! `run`: brings a layer to what its old and given sources make of it.
+//! `run`: builds a layer from its old and the given sources.
 
 use super::build_plan::BuildPlan;
 use super::declare::DeclaredSource;

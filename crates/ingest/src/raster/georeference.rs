@@ -123,14 +123,14 @@ impl Georeference {
                 (west, east) = (-180.0, 180.0);
             }
         }
-        let y_of = |latitude_deg: f64| {
+        let world_y = |latitude_deg: f64| {
             let clamped = latitude_deg.clamp(-MAX_LATITUDE_DEG, MAX_LATITUDE_DEG);
             let point = Geodetic::from_degrees(clamped, 0.0).expect("clamped");
             0.5 - MercatorPoint::from_geodetic(point).map_or(0.5 * clamped.signum(), |m| m.y_m / WORLD_M)
         };
         // Between its points the outline bends outwards by at most this share of the extent.
-        let (dx, dy) = ((east - west) / 360.0 * 0.01, (y_of(south) - y_of(north)) * 0.01);
-        Ok([west / 360.0 + 0.5 - dx, y_of(north) - dy, east / 360.0 + 0.5 + dx, y_of(south) + dy])
+        let (dx, dy) = ((east - west) / 360.0 * 0.01, (world_y(south) - world_y(north)) * 0.01);
+        Ok([west / 360.0 + 0.5 - dx, world_y(north) - dy, east / 360.0 + 0.5 + dx, world_y(south) + dy])
     }
 }
 

@@ -80,7 +80,7 @@ impl GeoKeys {
         self.doubles(key)?.first().copied()
     }
 
-    fn first_of(&self, keys: &[u16]) -> Option<f64> {
+    fn first_double(&self, keys: &[u16]) -> Option<f64> {
         keys.iter().find_map(|key| self.double(*key))
     }
 
@@ -165,10 +165,10 @@ fn projected(keys: &GeoKeys) -> Result<Option<Crs>, CrsError> {
     let missing = |what: &str| refusal(&name, format!("its {what} is missing"));
     Crs::from_definition(&Definition {
         method,
-        origin_latitude_deg: keys.first_of(&LATITUDES).ok_or_else(|| missing("latitude of origin"))? * degree,
-        origin_longitude_deg: keys.first_of(&LONGITUDES).ok_or_else(|| missing("central meridian"))? * degree,
-        false_easting: keys.first_of(&EASTINGS).unwrap_or(0.0),
-        false_northing: keys.first_of(&NORTHINGS).unwrap_or(0.0),
+        origin_latitude_deg: keys.first_double(&LATITUDES).ok_or_else(|| missing("latitude of origin"))? * degree,
+        origin_longitude_deg: keys.first_double(&LONGITUDES).ok_or_else(|| missing("central meridian"))? * degree,
+        false_easting: keys.first_double(&EASTINGS).unwrap_or(0.0),
+        false_northing: keys.first_double(&NORTHINGS).unwrap_or(0.0),
         unit_m,
         ellipsoid,
         datum,
@@ -179,7 +179,7 @@ fn projected(keys: &GeoKeys) -> Result<Option<Crs>, CrsError> {
 /// Returns the projection's method with its parameters; `None` where none is stated. `degree` is the size of the keys'
 /// angular unit in degrees.
 fn method_from_keys(keys: &GeoKeys, degree: f64, name: &str) -> Result<Option<Method>, CrsError> {
-    let scale = keys.first_of(&SCALES).unwrap_or(1.0);
+    let scale = keys.first_double(&SCALES).unwrap_or(1.0);
     let parallel_deg = |key, which: &str| {
         let missing = || refusal(name, format!("its {which} standard parallel is missing"));
         keys.double(key).map(|angle| angle * degree).ok_or_else(missing)

@@ -1,13 +1,11 @@
 //! A TIFF's directories: the image, overviews and masks to read, and the checks of their layout.
 
-use super::open::open_file;
+use super::open::{MAX_BLOCK_BYTES, open_file};
 use crate::raster::error::RasterError;
 use crate::remedy::Remedy;
 use std::path::{Path, PathBuf};
 use tiff_reader::{Ifd, TiffFile};
 
-/// The largest decoded size of one tile or strip, bytes.
-pub(super) const MAX_BLOCK_BYTES: u64 = 256 << 20;
 /// The most overviews in sub-directories of the image that are read.
 const MAX_SUB_DIRECTORIES: usize = 32;
 

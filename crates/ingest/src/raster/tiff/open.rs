@@ -1,9 +1,11 @@
 //! Opening a TIFF file within fixed limits of memory.
 
-use super::layout::MAX_BLOCK_BYTES;
 use crate::raster::error::RasterError;
 use std::path::Path;
 use tiff_reader::TiffFile;
+
+/// The largest decoded size of one tile or strip, bytes.
+pub(super) const MAX_BLOCK_BYTES: u64 = 256 << 20;
 
 /// Opens a file and parses its directories.
 ///
