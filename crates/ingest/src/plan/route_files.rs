@@ -90,7 +90,7 @@ mod tests {
     fn writes_fixed_decimals() {
         let step = RouteStep {
             way_m: 12.345,
-            latitude_deg: 47.000_000_015,
+            latitude_deg: 47.123_456_789,
             longitude_deg: -99.5,
             heading_deg: 90.0,
             covered: 1.0,
@@ -119,7 +119,7 @@ mod tests {
         let route = RouteForecast { length_m: 1.0, step_m: 1.0, thresholds, with_map, with_fix, longest_gap, steps };
         let expected = "way_m,latitude_deg,longitude_deg,heading_deg,covered,keypoints,distinctiveness,fix_expected,\
                         since_fix_m,drift_m,nominal_count,execution_s\n\
-                        12.3,47.00000002,-99.50000000,90.000,1.0000,500.0,0.2400,true,0.0,inf,2.5000,0.10000\n";
+                        12.3,47.12345679,-99.50000000,90.000,1.0000,500.0,0.2400,true,0.0,inf,2.5000,0.10000\n";
         assert_eq!(route_csv(&route), expected);
     }
 }
