@@ -1,16 +1,16 @@
-//! `GET /v1/candidates`: which tiles to search.
+//! `GET /v1/candidates`: the tiles to search.
 
 use super::dto::CandidatesJson;
 use super::error::ServerError;
 use super::problem::Problem;
 use super::query::{Query, QueryError};
 use super::state::ServiceState;
-use super::work::Load;
+use super::work::WorkClass;
 use axum::Json;
 use axum::extract::{RawQuery, State};
 use overfly_flight::locate::candidates::CandidateParameters;
 
-/// Every parameter of this path.
+/// The parameters of this path.
 pub(super) const PARAMETERS: &[&str] = &[
     "latitude_deg",
     "longitude_deg",
@@ -35,33 +35,33 @@ pub(super) const PARAMETERS: &[&str] = &[
 
 /// The tiles to search for a position and its uncertainty, best first.
 ///
-/// By `mode`: `sequential` takes `inaccuracy_m` and `drift_m` (the rectangle of equation 3), or `sigma_east_m` and
-/// `sigma_north_m` instead (the 99.7 % ellipse dilated by the image's footprint); `parallel` takes `inaccuracy_m`,
-/// `unit_drift_m`, `execution_s` and `relative_s` (equation 17); `combined` takes `inaccuracy_m`, `speed_mps`,
-/// `execution_s` and `min_turn_radius_m` (all ground that the image can show after flying for exactly `execution_s` from the
-/// position given). No tile that meets the region is missing.
+/// Each `mode` has its own parameters. `sequential` takes `inaccuracy_m` and `drift_m` (the rectangle of equation 3), or
+/// `sigma_east_m` and `sigma_north_m` instead (the 99.7 % ellipse dilated by the image's footprint); `parallel` takes `inaccuracy_m`,
+/// `unit_drift_m`, `execution_s` and `relative_s` (equation 17); `combined` takes `inaccuracy_m`, `speed_mps`, `execution_s` and
+/// `min_turn_radius_m` (all ground that the image can show after flying for exactly `execution_s` from the given position). The answer
+/// has every tile that meets the region.
 #[utoipa::path(
     get, path = "/v1/candidates", operation_id = "candidates", tag = "search",
     params(
-        ("latitude_deg" = f64, Query, description = "Most likely position of the image's centre, degrees north; mode=combined: where the last fix was", minimum = -85.051128, maximum = 85.051128, example = 47.66),
-        ("longitude_deg" = f64, Query, description = "The same, degrees east", minimum = -180.0, maximum = 180.0, example = -99.27),
-        ("heading_deg" = f64, Query, description = "Direction of the image's upper edge, degrees clockwise from true north, less than 360; mode=combined: that of the aircraft where the last fix was", minimum = 0.0, maximum = 360.0, example = 90.0),
+        ("latitude_deg" = f64, Query, description = "Most likely position of the image's centre, degrees north; mode=combined: the position of the last fix", minimum = -85.051128, maximum = 85.051128, example = 47.66),
+        ("longitude_deg" = f64, Query, description = "Longitude of that point, degrees east", minimum = -180.0, maximum = 180.0, example = -99.27),
+        ("heading_deg" = f64, Query, description = "Direction of the image's upper edge, degrees clockwise from true north, less than 360; mode=combined: the heading at the last fix", minimum = 0.0, maximum = 360.0, example = 90.0),
         ("across_m" = f64, Query, description = "a: the image's ground extent across the heading, metres, more than 0", minimum = 0.0, example = 1400.0),
         ("along_m" = f64, Query, description = "b: the image's ground extent along the heading, metres, more than 0", minimum = 0.0, example = 1050.0),
-        ("inaccuracy_m" = Option<f64>, Query, description = "I: full width of the last fix's error, metres; of every mode", minimum = 0.0, example = 30.0),
-        ("drift_m" = Option<f64>, Query, description = "D_T: drift since the last fix, one-sided, metres; of mode=sequential", minimum = 0.0, example = 300.0),
+        ("inaccuracy_m" = Option<f64>, Query, description = "I: full width of the last fix's error, metres; all modes", minimum = 0.0, example = 30.0),
+        ("drift_m" = Option<f64>, Query, description = "D_T: drift since the last fix, one-sided, metres; mode=sequential", minimum = 0.0, example = 300.0),
         ("sigma_east_m" = Option<f64>, Query, description = "Instead of inaccuracy and drift, mode=sequential: one standard deviation towards east, metres, more than 0", minimum = 0.0),
         ("sigma_north_m" = Option<f64>, Query, description = "One standard deviation towards north, metres, more than 0", minimum = 0.0),
-        ("correlation" = Option<f64>, Query, description = "Correlation of both; 0 by default", minimum = -0.999999, maximum = 0.999999),
+        ("correlation" = Option<f64>, Query, description = "Correlation of east and north; 0 by default; mode=sequential", minimum = -0.999999, maximum = 0.999999),
         ("mode" = Option<String>, Query, description = "`sequential` (default), `parallel` or `combined`"),
-        ("unit_drift_m" = Option<f64>, Query, description = "D_U: drift of one relative registration, one-sided, metres; of mode=parallel", minimum = 0.0),
-        ("execution_s" = Option<f64>, Query, description = "t_exe: how long the absolute registration before this search ran, seconds, more than 0; of mode=parallel and mode=combined", minimum = 0.0),
-        ("relative_s" = Option<f64>, Query, description = "t0: time of one relative registration, seconds, more than 0; of mode=parallel", minimum = 0.0),
-        ("speed_mps" = Option<f64>, Query, description = "v: ground speed, metres per second, more than 0; of mode=combined", minimum = 0.0),
-        ("min_turn_radius_m" = Option<f64>, Query, description = "R_min: least turn radius, metres, more than 0; of mode=combined", minimum = 0.0),
-        ("layer" = Option<String>, Query, description = "Which layer; the only one, or `ortho`, by default"),
-        ("max_tiles" = Option<u64>, Query, description = "Return only this many of the best", minimum = 1),
-        ("gsd_m_per_px" = Option<f64>, Query, description = "Chooses the coarsest level whose pixels are no larger; the base level by default", minimum = 0.0),
+        ("unit_drift_m" = Option<f64>, Query, description = "D_U: drift of one relative registration, one-sided, metres; mode=parallel", minimum = 0.0),
+        ("execution_s" = Option<f64>, Query, description = "t_exe: how long the absolute registration before this search ran, seconds, more than 0; mode=parallel and mode=combined", minimum = 0.0),
+        ("relative_s" = Option<f64>, Query, description = "t0: time of one relative registration, seconds, more than 0; mode=parallel", minimum = 0.0),
+        ("speed_mps" = Option<f64>, Query, description = "v: ground speed, metres per second, more than 0; mode=combined", minimum = 0.0),
+        ("min_turn_radius_m" = Option<f64>, Query, description = "R_min: smallest turn radius, metres, more than 0; mode=combined", minimum = 0.0),
+        ("layer" = Option<String>, Query, description = "The layer to search; by default the only one, or `ortho`"),
+        ("max_tiles" = Option<u64>, Query, description = "Return only the best tiles, at most this many", minimum = 1),
+        ("gsd_m_per_px" = Option<f64>, Query, description = "Search the coarsest level whose pixels are no larger than this; the base level by default", minimum = 0.0),
     ),
     responses(
         (status = 200, description = "The tiles that meet the region, best first", body = CandidatesJson),
@@ -74,7 +74,7 @@ pub(super) async fn get(
 ) -> Result<Json<CandidatesJson>, ServerError> {
     let query = parameters(&Query::read(raw.as_deref(), PARAMETERS)?)?.query()?;
     let (store, residents) = (state.store.clone(), state.residents.clone());
-    let found = state.work.run(Load::Question, move || residents.candidates(&store, &query)).await??;
+    let found = state.work.run(WorkClass::Query, move || residents.candidates(&store, &query)).await??;
     Ok(Json(found.into()))
 }
 

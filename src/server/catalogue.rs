@@ -1,4 +1,4 @@
-//! What the store holds: `GET /v1/store`, `/v1/layers`, `/v1/coverage`.
+//! The content of the store: `GET /v1/store`, `/v1/layers`, `/v1/coverage`.
 
 use super::dto::{CoverageJson, LayerJson};
 use super::error::ServerError;
@@ -8,7 +8,7 @@ use super::problem::Problem;
 use super::query::Query;
 use super::service::Service;
 use super::state::ServiceState;
-use super::work::Load;
+use super::work::WorkClass;
 use axum::Json;
 use axum::extract::{RawQuery, State};
 use axum::http::header::CONTENT_TYPE;
@@ -17,30 +17,30 @@ use overfly_flight::locate::coverage::coverage;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// What a store is.
+/// The store and the service over it.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub(super) struct StoreReply {
-    /// BLAKE3 over its whole logical content, hexadecimal: the same inputs give the same digest.
+    /// BLAKE3 over the whole logical content of the store, hexadecimal: equal inputs give equal digests.
     digest: String,
-    /// How its tiles are described; frames must be described alike.
+    /// How the tiles are described; frames must be described in the same way.
     descriptor_contract: String,
-    /// The file format's version.
+    /// Version of the file format.
     format_version: u32,
-    /// Tiles of all finished layers and levels.
+    /// Number of tiles of all finished layers, at all levels.
     tiles: u64,
-    /// Size of the file.
+    /// Size of the file, bytes.
     bytes: u64,
-    /// Its layers, by name.
+    /// The layers, by name.
     layers: Vec<LayerJson>,
-    /// What was found wrong with it since the service was started, and what the service warns of.
+    /// Damage found since the service was started, and warnings.
     health: Health,
-    /// Where this service runs.
+    /// Where the service runs.
     service: Service,
-    /// The program's version.
+    /// Version of the program.
     program_version: &'static str,
 }
 
-/// What the store is and holds.
+/// The store and what it holds.
 #[utoipa::path(get, path = "/v1/store", tag = "store", responses((status = 200, description = "The store", body = StoreReply)))]
 pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json<StoreReply> {
     let store = &state.store;
@@ -51,7 +51,7 @@ pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json
         tiles: store.layers().iter().filter(|l| l.complete).map(|l| l.tiles).sum(),
         bytes: store.bytes(),
         layers: store.layers().iter().map(LayerJson::from).collect(),
-        health: Health::of(&state),
+        health: Health::from_state(&state),
         service: state.service,
         program_version: env!("CARGO_PKG_VERSION"),
     })
@@ -63,13 +63,13 @@ pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Jso
     Json(state.store.layers().iter().map(LayerJson::from).collect())
 }
 
-/// Where each layer has imagery, as GeoJSON: a feature a layer, its tiles joined to rectangles.
+/// Where each layer has imagery, as GeoJSON: one feature per layer, with its tiles joined to rectangles.
 #[utoipa::path(
     get, path = "/v1/coverage", operation_id = "coverage", tag = "store",
     params(("layer" = Option<String>, Query, description = "Only this layer")),
     responses(
         (status = 200, description = "A feature collection", body = CoverageJson, content_type = "application/geo+json"),
-        (status = "4XX", description = "No such layer, or the query is at fault", body = Problem, content_type = "application/problem+json"),
+        (status = "4XX", description = "No such layer, or the query is not valid", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn coverage_get(
@@ -78,6 +78,6 @@ pub(super) async fn coverage_get(
 ) -> Result<impl IntoResponse, ServerError> {
     let layer = Query::read(raw.as_deref(), &["layer"])?.text("layer")?;
     let store = state.store.clone();
-    let collection = state.work.run(Load::Question, move || coverage(&store, layer.as_deref())).await??;
+    let collection = state.work.run(WorkClass::Query, move || coverage(&store, layer.as_deref())).await??;
     Ok(([(CONTENT_TYPE, "application/geo+json")], Json(CoverageJson::from(collection))))
 }

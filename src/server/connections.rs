@@ -1,4 +1,4 @@
-//! Connections: HTTP/1.1 on accepted streams, with bounds on how many there are and on how long a silent one is kept.
+//! Connections: HTTP/1.1 on accepted streams, with limits on their number and on their idle time.
 
 use axum::Router;
 use axum::serve::Listener;
@@ -11,12 +11,12 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
-/// Connections at once; more wait to be accepted.
+/// Most connections at the same time; further ones wait to be accepted.
 const CONNECTIONS: u32 = 512;
-/// How long a client may take over the head of a request, and how long a connection may be idle between two.
+/// The longest time for the head of a request, and the longest idle time between two requests.
 const HEAD_TIME: Duration = Duration::from_secs(15);
 
-/// Answers on every connection until `stop`, then ends when open requests have their answers.
+/// Answers on every connection until `stop` is ready; returns when all open requests are answered.
 pub(super) async fn answer<L: Listener>(mut listener: L, app: Router, stop: impl Future<Output = ()>) {
     let (ending, _) = watch::channel(false);
     let places = Arc::new(Semaphore::new(CONNECTIONS as usize));
@@ -30,15 +30,15 @@ pub(super) async fn answer<L: Listener>(mut listener: L, app: Router, stop: impl
             () = &mut stop => break,
             next = next => next,
         };
-        tokio::spawn(converse(stream, app.clone(), ending.subscribe(), place));
+        tokio::spawn(serve_connection(stream, app.clone(), ending.subscribe(), place));
     }
     drop(listener);
     ending.send_replace(true);
-    // Every place is free again once every connection has ended.
+    // All places are free once all connections have ended.
     let _all = places.acquire_many(CONNECTIONS).await.expect("the semaphore is never closed");
 }
 
-async fn converse<S>(stream: S, app: Router, mut ending: watch::Receiver<bool>, _place: OwnedSemaphorePermit)
+async fn serve_connection<S>(stream: S, app: Router, mut ending: watch::Receiver<bool>, _place: OwnedSemaphorePermit)
 where
     S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Unpin + Send + 'static,
 {
@@ -50,18 +50,18 @@ where
     );
     let outcome = tokio::select! {
         outcome = connection.as_mut() => outcome,
-        () = told(&mut ending) => {
+        () = stopped(&mut ending) => {
             connection.as_mut().graceful_shutdown();
             connection.await
         }
     };
     if let Err(error) = outcome {
-        tracing::debug!(%error, "a connection broke off");
+        tracing::debug!(%error, "a connection was broken");
     }
 }
 
-/// Ready once the service ends.
-async fn told(ending: &mut watch::Receiver<bool>) {
-    // The sender gone is the end as well.
+/// Returns once the service stops.
+async fn stopped(ending: &mut watch::Receiver<bool>) {
+    // A dropped sender means the same.
     let _ = ending.wait_for(|ending| *ending).await;
 }

@@ -1,4 +1,4 @@
-//! `ServerError`: every way in which a request can fail, and the one place where failures become status codes.
+//! `ServerError`: every way in which a request can fail, and the only place where failures become status codes.
 
 use super::export_failure::ExportFailure;
 use super::form_error::FormError;
@@ -10,7 +10,7 @@ use overfly_flight::locate::LocateError;
 use overfly_flight::locate::candidates::CandidatesError;
 use overfly_store::StoreError;
 
-/// Why a request has no answer.
+/// Why a request fails.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ServerError {
     #[error(transparent)]
@@ -27,38 +27,38 @@ pub(super) enum ServerError {
     Frame { part: &'static str, error: FrameError },
     #[error("{name}: {reason}")]
     Parameter { name: &'static str, reason: String },
-    #[error("the path names no tile: {0}")]
+    #[error("the path does not name a tile: {0}")]
     TileName(TileError),
-    #[error("the path names no tile: {what} = {found:?} is not a whole number")]
+    #[error("the path does not name a tile: {what} = {found:?} is not a whole number")]
     TileIndex { what: &'static str, found: String },
     #[error("layer {layer} has no tile {z}/{x}/{y}")]
     NoTile { layer: String, z: u8, x: u32, y: u32 },
-    #[error("tile {z}/{x}/{y} of layer {layer} has no descriptors: only tiles of the base level have")]
+    #[error("tile {z}/{x}/{y} of layer {layer} has no descriptors: only tiles of the base level have descriptors")]
     NoDescriptors { layer: String, z: u8, x: u32, y: u32 },
     #[error("{0}")]
     Path(String),
-    #[error("there is nothing here; /openapi.json lists what there is")]
+    #[error("no such path; /openapi.json lists all paths")]
     NoRoute,
-    #[error("this path does not take that method; /openapi.json lists what it takes")]
+    #[error("this path does not take this method; /openapi.json lists its methods")]
     Method,
     #[error("not ready: {reason}")]
     NotReady { code: &'static str, reason: String },
-    #[error("as many uploads as the service holds are in progress: try again")]
+    #[error("too many uploads are in progress: try again")]
     Busy,
-    #[error("another export is being written: try again when it is done")]
+    #[error("another export is being written: try again when it is finished")]
     Exporting,
-    #[error("there is no such export; begin one with POST /v1/exports")]
+    #[error("no such export; POST /v1/exports begins one")]
     NoExport,
     #[error("{}", .0.detail)]
     Export(ExportFailure),
-    #[error("no answer within {limit_s} s: ask for less, or try again when fewer ask")]
+    #[error("no answer within {limit_s} s: ask for less, or try again when the service is less busy")]
     TimeLimit { limit_s: f64 },
-    #[error("the service failed in a way it should not; its log says where")]
+    #[error("the service failed unexpectedly; its log has the details")]
     Panicked,
 }
 
 impl ServerError {
-    /// The status that says whose fault it is. Exhaustive on purpose: a new failure must choose here.
+    /// The HTTP status. The match is exhaustive, so that every new failure chooses one.
     pub(super) fn status(&self) -> StatusCode {
         match self {
             Self::Query(error) => match error {
@@ -100,7 +100,7 @@ impl ServerError {
         }
     }
 
-    /// The stable code word.
+    /// A stable code word.
     pub(super) fn code(&self) -> &'static str {
         match self {
             Self::Query(error) => error.code(),
@@ -128,7 +128,7 @@ impl ServerError {
         }
     }
 
-    /// The parameter or part at fault, where it is one.
+    /// The parameter or form part that is not valid, if there is one.
     pub(super) fn parameter(&self) -> Option<String> {
         match self {
             Self::Query(error) => Some(error.parameter().to_owned()),

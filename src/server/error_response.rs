@@ -12,7 +12,7 @@ impl IntoResponse for ServerError {
         if status == StatusCode::INTERNAL_SERVER_ERROR {
             // The cause is logged here and nowhere else; paths and system messages stay in the log.
             tracing::error!(code = self.code(), "{self}");
-            let detail = "the service failed; its log says why".to_owned();
+            let detail = "the service failed; its log has the details".to_owned();
             let mut response = Problem::new(status, self.code(), detail, None).into_response();
             if matches!(self, Self::Panicked) {
                 response.extensions_mut().insert(Panicked);

@@ -1,4 +1,4 @@
-//! `ExportJobs`: exports under way and those that are kept, each a file of a folder that goes with the service.
+//! `ExportJobs`: running and finished exports, each a file in a temporary folder that is removed with the service.
 
 use super::dto::{ExportParameters, ExportProgress};
 use super::error::ServerError;
@@ -15,17 +15,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use tempfile::TempDir;
 
-/// Files kept; the one that was begun longest ago goes first.
+/// Most files that are kept; the one begun first is removed first.
 const KEPT: usize = 16;
 
-/// Exports of one store, by name, the last begun last.
+/// The exports of one store, in the order in which they were begun.
 #[derive(Debug)]
 pub(super) struct ExportJobs {
     folder: TempDir,
     jobs: Mutex<Vec<Arc<Job>>>,
 }
 
-/// What became of an export.
+/// The state of an export.
 #[derive(Debug)]
 pub(super) enum ExportJob {
     UnderWay(ExportProgress),
@@ -42,19 +42,19 @@ struct Job {
 }
 
 impl ExportJobs {
-    /// With a new folder under the system's for temporary files.
+    /// Makes a new folder for exports among the system's temporary files.
     ///
     /// # Errors
-    /// Where none can be made.
+    /// If the folder cannot be made.
     pub(super) fn new() -> std::io::Result<Self> {
         let folder = tempfile::Builder::new().prefix("overfly-exports-").tempdir()?;
         Ok(Self { folder, jobs: Mutex::default() })
     }
 
-    /// Begins an export on a thread of its own, unless the same was begun before and did not fail.
+    /// Begins an export on a thread of its own, unless the same export was begun before and did not fail.
     ///
     /// # Errors
-    /// [`ServerError::Exporting`] where another is being written.
+    /// [`ServerError::Exporting`] if another one is being written.
     pub(super) fn begin(
         &self,
         store: &Arc<Reader>,
@@ -71,10 +71,10 @@ impl ExportJobs {
             return Err(ServerError::Exporting);
         }
         while jobs.len() >= KEPT {
-            // Whoever reads it still has it open; the name is free.
+            // A reader that has the file open can still read it.
             let _ = std::fs::remove_file(&jobs.remove(0).path);
         }
-        // Whoever clears temporary files may have taken the folder away.
+        // Something may have cleared the temporary files.
         std::fs::create_dir_all(self.folder.path()).map_err(|e| StoreError::io(self.folder.path(), e))?;
         let path = self.folder.path().join(format!("{id}.gpkg"));
         let (done, total, outcome) = (AtomicU64::new(0), AtomicU64::new(0), OnceLock::new());
@@ -85,10 +85,10 @@ impl ExportJobs {
         Ok(progress)
     }
 
-    /// What became of an export.
+    /// The state of an export.
     ///
     /// # Errors
-    /// [`ServerError::NoExport`], or why it failed.
+    /// [`ServerError::NoExport`], or [`ServerError::Export`] with the reason of its failure.
     pub(super) fn find(&self, id: &str) -> Result<ExportJob, ServerError> {
         let mut jobs = self.jobs.lock();
         jobs.retain(|job| !matches!(job.outcome.get(), Some(Ok(_))) || job.path.exists());
@@ -109,15 +109,15 @@ impl Job {
             self.done.store(done, Ordering::Relaxed);
             self.total.store(total, Ordering::Relaxed);
         };
-        // A job that never ends would hold the place for ever.
+        // A panic must not leave the job running for ever.
         let outcome = catch_unwind(AssertUnwindSafe(|| export(store, request, &self.path, &progress)))
             .map(|outcome| outcome.map_err(|error| export_failure(&error, [store.path(), &self.path])))
             .unwrap_or_else(|_| Err(panicked()));
-        // Nobody else sets it.
+        // Only this function sets it.
         let _ = self.outcome.set(outcome);
     }
 
-    /// Whether it failed, or somebody took its file away.
+    /// Whether the export failed, or its file was removed.
     fn is_lost(&self) -> bool {
         self.outcome.get().is_some_and(|outcome| outcome.is_err() || !self.path.exists())
     }
@@ -137,7 +137,7 @@ fn panicked() -> ExportFailure {
     ExportFailure { status: error.status(), code: error.code(), detail: error.to_string() }
 }
 
-/// The failure without the server's own paths.
+/// The failure in words that do not contain the server's own paths.
 fn export_failure(error: &ExportError, paths: [&Path; 2]) -> ExportFailure {
     let text = with_remedy(error);
     let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));

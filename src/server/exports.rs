@@ -1,4 +1,4 @@
-//! `POST /v1/exports`, `GET /v1/exports/{id}`: what one flight needs, for the aircraft's storage. On the ground only.
+//! `POST /v1/exports`, `GET /v1/exports/{id}`: cuts out what one flight needs, for the aircraft's storage. On the ground only.
 
 use super::dto::{ExportParameters, ExportProgress};
 use super::entity_tag::{etag, unchanged};
@@ -44,14 +44,14 @@ pub(super) fn routes(service: Service) -> OpenApiRouter<ServiceState> {
     }
 }
 
-/// Begins an export. It is not signed: `overfly export --sign` does that, where the key is.
+/// Begins an export. The export is not signed; `overfly export --sign` does that on the machine that has the key.
 #[utoipa::path(
     post, path = "/v1/exports", tag = "exports", request_body = ExportParameters,
     responses(
-        (status = 200, description = "It is there already: fetch it at its `Location`", body = ExportProgress),
-        (status = 202, description = "Begun, or under way: its `Location` is where to ask for it", body = ExportProgress),
-        (status = "4XX", description = "The request is at fault", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The service is at fault, or writes another export", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The export exists already: fetch it at its `Location`", body = ExportProgress),
+        (status = 202, description = "The export has begun or is running: ask for it at its `Location`", body = ExportProgress),
+        (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = "5XX", description = "The service failed, or another export is being written", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(
@@ -75,18 +75,18 @@ pub(super) async fn post(
     Ok((status, [(LOCATION, location)], Json(progress)).into_response())
 }
 
-/// An export's file, whole or in ranges; how far it is while it is being written; or why it failed.
+/// The file of an export, whole or in ranges; its progress while it is being written; or why it failed.
 #[utoipa::path(
     get, path = "/v1/exports/{id}", tag = "exports",
     params(
-        ("id" = String, Path, description = "As `POST /v1/exports` named it"),
-        ("range" = Option<String>, Header, description = "A range of bytes: 206 with them"),
+        ("id" = String, Path, description = "The name from the answer of `POST /v1/exports`"),
+        ("range" = Option<String>, Header, description = "A range of bytes: the answer is 206 with these bytes"),
     ),
     responses(
-        (status = 200, description = "The GeoPackage; its ETag is the digest that its seal states", content_type = "application/geopackage+sqlite3"),
-        (status = 202, description = "It is being written: ask again", body = ExportProgress),
-        (status = 206, description = "The range", content_type = "application/geopackage+sqlite3"),
-        (status = "4XX", description = "No such export, or what was asked for cannot be exported", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The GeoPackage; its ETag is the digest in its seal", content_type = "application/geopackage+sqlite3"),
+        (status = 202, description = "The export is being written: ask again", body = ExportProgress),
+        (status = 206, description = "The requested range", content_type = "application/geopackage+sqlite3"),
+        (status = "4XX", description = "No such export, or the export is not possible", body = Problem, content_type = "application/problem+json"),
         (status = "5XX", description = "The export failed", body = Problem, content_type = "application/problem+json"),
     )
 )]
@@ -115,11 +115,11 @@ async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request
     let failed = |e| overfly_store::StoreError::io(path, e);
     let len = tokio::fs::metadata(path).await.map_err(failed)?.len();
     let headers = request.headers_mut();
-    // What was begun of another file is not gone on with (RFC 9110, 13.1.5).
+    // A download of another file is not continued (RFC 9110, section 13.1.5).
     let same = headers.get(IF_RANGE).is_none_or(|begun| *begun == tag.as_str());
     let range = headers.get(RANGE).filter(|_| same).and_then(|range| range.to_str().ok());
     let asked = RequestedRange::parse(range, len);
-    // What is asked is decided here; the rest of the headers shall not decide it otherwise.
+    // The range is decided here; the other headers must not change it.
     headers.clear();
     match asked {
         RequestedRange::Beyond => return Ok(beyond(len)),

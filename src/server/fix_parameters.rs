@@ -1,4 +1,4 @@
-//! `FixParameters`: the `request` part of a fix, named as the command line's flags are.
+//! `FixParameters`: the `request` part of a fix, with the names of the command line's flags.
 
 use super::dto::IntrinsicsJson;
 use super::error::ServerError;
@@ -8,32 +8,32 @@ use overfly_flight::locate::{FixRequest, HeadingPrior, LocateError, PositionPrio
 use serde::Deserialize;
 use utoipa::ToSchema;
 
-/// What is known of a frame besides its pixels. Unknown keys are refused. Without a position the whole layer is
-/// searched, without a heading the full turn.
+/// What is known of a frame besides its pixels. Unknown keys are refused. Without a position, the whole layer is
+/// searched; without a heading, all headings.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct FixParameters {
-    /// Most likely nadir, degrees north.
+    /// Most likely latitude of the nadir, degrees north.
     #[schema(minimum = -85.051128, maximum = 85.051128, example = 47.66)]
     pub latitude_deg: Option<f64>,
-    /// Most likely nadir, degrees east.
+    /// Most likely longitude of the nadir, degrees east.
     #[schema(minimum = -180.0, maximum = 180.0, example = -99.27)]
     pub longitude_deg: Option<f64>,
-    /// One standard deviation of the position, in east and in north, metres.
+    /// One standard deviation of the position per axis, metres.
     #[schema(exclusive_minimum = 0.0, example = 250.0)]
     pub sigma_m: Option<f64>,
     /// Instead of `sigma_m`: one standard deviation towards east, metres.
     pub sigma_east_m: Option<f64>,
     /// One standard deviation towards north, metres.
     pub sigma_north_m: Option<f64>,
-    /// Correlation of both, in (-1, 1); 0 by default.
+    /// Correlation of east and north, in (-1, 1); 0 by default.
     pub correlation: Option<f64>,
     /// Direction of the image's upper edge, degrees clockwise from true north, [0, 360).
     #[schema(minimum = 0.0, exclusive_maximum = 360.0, example = 90.0)]
     pub heading_deg: Option<f64>,
     /// One standard deviation of the heading, degrees; 3 by default.
     pub heading_sigma_deg: Option<f64>,
-    /// Ground metres per pixel of the frame, where the camera looks straight down. Or `height_m` and `camera`.
+    /// Ground metres per pixel of the frame, for a camera looking straight down. Or `height_m` and `camera`.
     #[schema(exclusive_minimum = 0.0, example = 5.5)]
     pub gsd_m_per_px: Option<f64>,
     /// Height above ground, metres; needs `camera`.
@@ -46,17 +46,17 @@ pub(super) struct FixParameters {
     pub roll_deg: Option<f64>,
     /// One standard deviation of the height (or ground sample distance) as a ratio; 0.03 by default.
     pub height_sigma_ratio: Option<f64>,
-    /// Which layer; the only one, or `ortho`, by default.
+    /// The layer to search; by default the only one, or `ortho`.
     pub layer: Option<String>,
-    /// When the image was taken; echoed in the answer.
+    /// When the image was taken, seconds; repeated in the answer.
     pub time_s: Option<f64>,
 }
 
 impl FixParameters {
-    /// The question they ask, of the layer `layer`.
+    /// The request for the layer `layer`.
     ///
     /// # Errors
-    /// What is missing, out of range or contradictory, by name.
+    /// The parameter that is missing, out of range or contradictory.
     pub(super) fn request(&self, layer: &str) -> Result<FixRequest, ServerError> {
         let request = FixRequest {
             layer: layer.to_owned(),
@@ -79,7 +79,7 @@ impl FixParameters {
             (None, Some(_)) => return refuse("latitude_deg", "is missing beside longitude_deg"),
             (None, None) => {
                 return match sigmas.iter().find(|(_, value)| value.is_some()) {
-                    Some((name, _)) => refuse(name, "means nothing without latitude_deg and longitude_deg"),
+                    Some((name, _)) => refuse(name, "requires latitude_deg and longitude_deg"),
                     None => Ok(PositionPrior::WholeLayer),
                 };
             }
@@ -112,7 +112,7 @@ impl FixParameters {
     fn heading(&self) -> Result<Option<HeadingPrior>, ServerError> {
         let Some(heading_deg) = self.heading_deg else {
             return match self.heading_sigma_deg {
-                Some(_) => refuse("heading_sigma_deg", "means nothing without heading_deg"),
+                Some(_) => refuse("heading_sigma_deg", "requires heading_deg"),
                 None => Ok(None),
             };
         };
@@ -147,7 +147,7 @@ impl FixParameters {
     }
 }
 
-/// How large a pixel is on the ground, in one of its two ways, looking straight down; `None` where nothing is said.
+/// The camera's view from either way of stating the scale, looking straight down; `None` if no scale is given.
 pub(super) fn stated_view(
     gsd_m_per_px: Option<f64>,
     height_m: Option<f64>,

@@ -1,4 +1,4 @@
-//! `POST /v1/fixes`: one absolute registration.
+//! `POST /v1/fixes`: runs one absolute registration.
 
 use super::dto::AnswerJson;
 use super::error::ServerError;
@@ -7,7 +7,7 @@ use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::state::ServiceState;
-use super::work::Load;
+use super::work::WorkClass;
 use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
@@ -22,7 +22,7 @@ pub(super) struct FixForm {
     /// The frame: PNG, JPEG or WebP.
     #[schema(value_type = String, format = Binary)]
     image: Vec<u8>,
-    /// What is known of it, as JSON.
+    /// What is known of the frame, as JSON.
     request: FixParameters,
 }
 
@@ -33,9 +33,9 @@ pub(super) struct FixForm {
     post, path = "/v1/fixes", operation_id = "fix", tag = "registration",
     request_body(content = FixForm, content_type = "multipart/form-data"),
     responses(
-        (status = 200, description = "A fix, or no fix and why", body = AnswerJson),
-        (status = "4XX", description = "The request is at fault", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The service is at fault or busy", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "A fix, or no fix with the reason", body = AnswerJson),
+        (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = "5XX", description = "The service failed or is busy", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(
@@ -49,7 +49,7 @@ pub(super) async fn post(
     let bytes = form.take("image")?;
     let work = state.work.clone();
     let answer = work
-        .run_cancellable(Load::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
+        .run_cancellable(WorkClass::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
             let layer = match &parameters.layer {
                 Some(name) => state.store.layer(name)?,
                 None => default_layer(&state.store)?,

@@ -1,4 +1,4 @@
-//! `Form`: a multipart body with an exact set of parts, read within bounds.
+//! `Form`: a multipart body with a fixed set of parts, read within limits.
 
 use super::error::ServerError;
 use super::form_error::FormError;
@@ -10,7 +10,7 @@ use axum::http::header::CONTENT_LENGTH;
 use axum::http::{HeaderMap, StatusCode};
 use serde::de::DeserializeOwned;
 
-/// The parts of a form, in the order of their names, held until dropped.
+/// The parts of a form. Their memory is reserved until the form is dropped.
 #[derive(Debug)]
 pub(super) struct Form {
     parts: Vec<(&'static str, Vec<u8>)>,
@@ -18,7 +18,10 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Reads a body that holds `names`, each at most once and nothing else; `headers` say how long it will be.
+    /// Reads a body with parts of the given names, each at most once; `headers` may state its length.
+    ///
+    /// # Errors
+    /// [`FormError`], or [`ServerError::Busy`].
     pub(super) async fn read(
         state: &ServiceState,
         headers: &HeaderMap,
@@ -36,19 +39,25 @@ impl Form {
         Ok(Self { parts, _place: place })
     }
 
-    /// Takes a part's bytes out.
+    /// Takes the bytes of a part out of the form.
+    ///
+    /// # Errors
+    /// [`FormError::Missing`].
     pub(super) fn take(&mut self, name: &'static str) -> Result<Vec<u8>, FormError> {
         let part = self.parts.iter_mut().find(|(given, _)| *given == name).ok_or(FormError::Missing { name })?;
         Ok(std::mem::take(&mut part.1))
     }
 
-    /// A part as JSON; absent: `{}`.
+    /// Parses a part as JSON; an absent part counts as `{}`.
+    ///
+    /// # Errors
+    /// [`FormError::NotJson`].
     pub(super) fn json<T: DeserializeOwned>(&mut self, name: &'static str) -> Result<T, FormError> {
         let bytes = match self.take(name) {
             Err(FormError::Missing { .. }) => b"{}".to_vec(),
             other => other?,
         };
-        // Serde would also take a bare list for a struct whose keys all have defaults.
+        // Serde also takes a list for a struct whose keys all have defaults.
         if bytes.iter().find(|b| !b.is_ascii_whitespace()) != Some(&b'{') {
             return Err(FormError::NotJson { name, reason: "expected an object".to_owned() });
         }

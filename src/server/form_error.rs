@@ -9,15 +9,15 @@ pub(super) enum FormError {
     TooLarge { limit_bytes: usize },
     #[error("the body did not arrive within {limit_s} s")]
     TooSlow { limit_s: f64 },
-    #[error("the body breaks off or is not well formed: {reason}")]
+    #[error("the body is incomplete or not well formed: {reason}")]
     Broken { reason: String },
     #[error("part {name} is missing")]
     Missing { name: &'static str },
     #[error("part {name} is given twice")]
     Repeated { name: &'static str },
-    #[error("{name:?} is no part of this form; it takes {expected}")]
+    #[error("this form has no part {name:?}; it takes {expected}")]
     Unknown { name: String, expected: String },
-    #[error("part {name} is not the JSON expected: {reason}")]
+    #[error("part {name} is not the expected JSON: {reason}")]
     NotJson { name: &'static str, reason: String },
 }
 

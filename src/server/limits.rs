@@ -1,4 +1,4 @@
-//! `Limits`: bounds on what one request may cost.
+//! `Limits`: limits on the size, time, number and memory of requests.
 
 use super::error::ServerError;
 use overfly_core::pixels::Gray;
@@ -7,7 +7,7 @@ use overfly_flight::locate::candidates::MAX_TILES;
 use overfly_store::CacheLimits;
 use std::time::Duration;
 
-/// Bounds on what one request may cost.
+/// Limits on the size, time, number and memory of requests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Largest request body, bytes.
@@ -20,35 +20,35 @@ pub struct Limits {
     pub image_edge_px: u32,
     /// Most pixels of an uploaded image.
     pub image_px: u64,
-    /// Uploads held at once.
+    /// Most uploads in memory at the same time.
     pub uploads: usize,
-    /// Bytes of the uploads held at once.
+    /// Most bytes of uploads in memory at the same time.
     pub uploads_bytes: usize,
-    /// Images decoded and registered at once; each takes about 8 bytes a pixel.
+    /// Most registrations at the same time; each takes about 8 bytes per pixel of its images.
     pub registrations: usize,
-    /// Other questions answered at once.
+    /// Most other requests that are answered at the same time.
     pub questions: usize,
-    /// Threads of one registration.
+    /// Threads for each registration.
     pub threads: usize,
-    /// Memory for indexes of footprints, bytes; what does not fit is answered from the file.
+    /// Memory for indexes of footprints, bytes; requests over other levels are answered from the file.
     pub index_bytes: u64,
     /// Most tiles of one answer.
     pub tiles: u64,
-    /// What the store's reader holds.
+    /// Limits of the caches of the store's reader.
     pub keep: CacheLimits,
 }
 
-/// Bytes that a pixel of a frame takes while it is decoded.
+/// Bytes per pixel of a frame while it is decoded.
 const PIXEL_BYTES: u64 = 8;
-/// Bytes that a tile takes in an answer while it is made: its row, its entry, its text.
+/// Bytes per tile of an answer while the answer is made: its row, its entry, its text.
 const TILE_BYTES: u64 = 1_200;
-/// From here on two frames are registered at once.
+/// With at least this much memory, two frames are registered at the same time.
 const TWO_AT_ONCE_BYTES: u64 = 1 << 30;
 
 impl Limits {
-    /// Bounds under which a service holds about so many bytes besides the program itself (some 40 MB) and 28 bytes for each
-    /// tile of its store: a fifth for ground, 15 % for cells, a tenth for indexes, 5 % for pages of the file, 15 % for
-    /// uploads, the rest for work. None is looser than by default.
+    /// The limits for a service that holds about `memory_bytes`, besides the program itself (about 40 MB) and 28 bytes for each tile
+    /// of its store: 20 % for ground, 15 % for cells, 10 % for indexes, 5 % for pages of the file, 15 % for uploads, the rest for
+    /// work. No limit is looser than the default.
     pub fn within(memory_bytes: u64) -> Self {
         let usual = Self::default();
         let percent = |n: u64| memory_bytes / 100 * n;
@@ -74,7 +74,10 @@ impl Limits {
         }
     }
 
-    /// The camera frame in `bytes`, the form's part `part`.
+    /// Decodes the camera frame in `bytes`, the form's part `part`.
+    ///
+    /// # Errors
+    /// [`ServerError::Frame`]: not an image, or too large.
     pub(super) fn frame(&self, part: &'static str, bytes: &[u8]) -> Result<Gray, ServerError> {
         let bounds = FrameBounds { edge_px: self.image_edge_px, pixels: self.image_px };
         decode_frame_within(bytes, part, bounds).map_err(|error| ServerError::Frame { part, error })
@@ -106,7 +109,7 @@ impl Default for Limits {
 mod tests {
     use super::*;
 
-    /// All that may be held at once, bytes.
+    /// All memory that may be held at the same time, bytes.
     fn sum(l: &Limits) -> u64 {
         let work = (l.image_px * PIXEL_BYTES * l.registrations as u64).max(3 * l.tiles * TILE_BYTES);
         let pages = l.keep.pages_bytes * l.keep.connections as u64;

@@ -1,4 +1,4 @@
-//! `serve`: listens, answers, and stops when told to.
+//! `serve`: listens, answers requests, and stops gracefully.
 
 use super::connections::answer;
 use super::router::router;
@@ -12,13 +12,13 @@ use std::str::FromStr;
 use std::time::Duration;
 use tokio::net::{TcpListener, UnixListener, UnixStream};
 
-/// How long open requests may take to end once the service is told to stop.
+/// The longest time that open requests may take once the service is told to stop.
 const GRACE: Duration = Duration::from_secs(10);
 
 /// Where to listen.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Listen {
-    /// An address and port; port 0 takes a free one.
+    /// An IP address and port; port 0 takes a free one.
     Tcp(SocketAddr),
     /// A Unix socket.
     Unix(PathBuf),
@@ -52,12 +52,12 @@ impl fmt::Display for Listen {
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
     /// Not an address.
-    #[error("{text} is no address: give HOST:PORT with numbers, as 127.0.0.1:8787, or unix:/path/to/socket")]
+    #[error("{text} is not an address: expected IP:PORT, such as 127.0.0.1:8787, or unix:/path/to/socket")]
     Address {
         /// What was given.
         text: String,
     },
-    /// The address cannot be listened on.
+    /// The service cannot listen on the address.
     #[error("cannot listen on {at}: {cause}")]
     Bind {
         /// Where.
@@ -65,8 +65,8 @@ pub enum ListenError {
         /// What the system says.
         cause: std::io::Error,
     },
-    /// Something other than a socket that nobody uses stands at the path.
-    #[error("{path}: exists and is in use or not a socket: remove it or choose another path", path = path.display())]
+    /// The path is in use, or is not a socket.
+    #[error("{path}: is in use, or is not a socket: remove it or choose another path", path = path.display())]
     Occupied {
         /// The path.
         path: PathBuf,
@@ -84,8 +84,8 @@ impl ListenError {
     }
 }
 
-/// Serves until `stop` is ready, then ends open requests gracefully. `started` is told the address in use, `supervisor` that
-/// the service is ready, lives, and stops.
+/// Serves until `stop` is ready, then finishes open requests. Calls `started` with the address in use, and notifies `supervisor` when
+/// the service is ready, while it is alive, and when it stops.
 ///
 /// # Errors
 /// [`ListenError`].
@@ -127,7 +127,7 @@ pub async fn serve(
             started(listen);
             supervisor.ready().await;
             graceful(answer(listener, app, stop), tell).await;
-            // The socket is ours; a failure to remove it is found by whoever binds next.
+            // If this fails, the next service that binds the path reports it.
             let _ = std::fs::remove_file(path);
         }
     }
@@ -136,7 +136,7 @@ pub async fn serve(
     Ok(())
 }
 
-/// Awaits the service, but no longer than the grace once it was told to stop.
+/// Waits for the service, but no longer than the grace period after it was told to stop.
 async fn graceful(service: impl Future<Output = ()>, told: tokio::sync::oneshot::Receiver<()>) {
     let deadline = async {
         if told.await.is_err() {
@@ -146,11 +146,11 @@ async fn graceful(service: impl Future<Output = ()>, told: tokio::sync::oneshot:
     };
     tokio::select! {
         () = service => {}
-        () = deadline => tracing::warn!("some requests did not end in time and were dropped"),
+        () = deadline => tracing::warn!("some requests were not finished in time and were dropped"),
     }
 }
 
-/// Removes a socket that a dead service left; refuses a live one and whatever is no socket.
+/// Removes a socket that a dead service left; refuses a socket in use, and anything that is not a socket.
 async fn free(path: &Path) -> Result<(), ListenError> {
     use std::os::unix::fs::FileTypeExt;
     let occupied = || ListenError::Occupied { path: path.into() };

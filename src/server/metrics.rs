@@ -1,4 +1,4 @@
-//! `Metrics`: counts and times of requests, for `/metrics`. Held by the state, not by the process.
+//! `Metrics`: counts and times of requests, for `/metrics`. Each service has its own.
 
 use super::problem::Panicked;
 use ::metrics::{Recorder, counter, gauge, histogram, with_local_recorder};
@@ -12,7 +12,7 @@ use std::time::Instant;
 /// Upper bounds of the histogram's buckets, seconds.
 const BUCKETS_S: [f64; 12] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.2, 0.4, 1.0, 3.0, 10.0, 30.0, 60.0];
 
-/// A recorder and the handle that renders it.
+/// A metrics recorder and the handle that renders it.
 #[derive(Clone)]
 pub(super) struct Metrics {
     recorder: Arc<PrometheusRecorder>,
@@ -38,7 +38,7 @@ impl Metrics {
         with_local_recorder(recorder, act);
     }
 
-    /// The exposition text.
+    /// The metrics in Prometheus's text format.
     pub(super) fn render(&self, layers: usize, tiles: u64) -> String {
         self.record(|| {
             gauge!("overfly_store_layers").set(layers as f64);
@@ -47,13 +47,13 @@ impl Metrics {
         self.handle.render()
     }
 
-    /// Folds recorded samples into their buckets; without it they pile up until someone renders.
+    /// Moves recorded samples into their buckets; otherwise they accumulate until the metrics are rendered.
     pub(super) fn keep_up(&self) {
         self.handle.run_upkeep();
     }
 }
 
-/// Counts a request and its time under its route (never under its raw path: that would be unbounded).
+/// Counts a request and its time under its route. (Raw paths would be unbounded labels.)
 pub(super) async fn observe(State(metrics): State<Metrics>, request: Request, next: Next) -> Response {
     let start = Instant::now();
     let route = request.extensions().get::<MatchedPath>().map_or("none".to_owned(), |p| p.as_str().to_owned());

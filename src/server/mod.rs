@@ -1,15 +1,13 @@
-//! The HTTP service over one store: preflight and onboard routers.
+//! The HTTP service over one store, on the ground (preflight) or onboard.
 //!
-//! Handlers parse, make one library call, reply. Every failure becomes a problem+json document in `problem`. Nothing
-//! here writes to the store: the state holds a `store::Reader`. On the ground exports are written, to a temporary folder
-//! of the service's own.
+//! Handlers parse a request, make one library call and reply. Every failure becomes a problem document (`problem`). Nothing here
+//! writes to the store: the state holds a `store::Reader`. On the ground, exports are written to a temporary folder of the service.
 //!
-//! Layers, digest and indexes are read once, at the start. A store whose finished layers change afterwards (or whose file
-//! is replaced or removed) is answered from no more: 503 `store_changed` until the service is started again. A request
-//! whose head is malformed or too large is refused by the HTTP library before any route, with a bare 400, 414 or 431; a
-//! head that does not arrive within 15 s, or a connection idle for as long, is closed. A fix that nobody waits for any
-//! more stops at its next piece of work.
-
+//! Layers, digest and indexes are read once, at the start. If the finished layers of the store change afterwards, or its file is
+//! replaced or removed, every request answers 503 `store_changed` until the service is started again. If the head of a request is
+//! malformed or too large, the HTTP library answers 400, 414 or 431 without a body, before any route. A connection is closed if the
+//! head of a request takes longer than 15 s or if the connection is idle for that long. A fix is cancelled when nobody waits for it
+//! any more.
 //!
 //! Without the feature `preflight` there are no exports: `no_exports` stands in for `exports`.
 

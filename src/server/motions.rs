@@ -1,4 +1,4 @@
-//! `POST /v1/motions`: one relative registration.
+//! `POST /v1/motions`: runs one relative registration.
 
 use super::dto::{MotionParameters, MotionReply};
 use super::error::ServerError;
@@ -7,7 +7,7 @@ use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::state::ServiceState;
-use super::work::Load;
+use super::work::WorkClass;
 use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
@@ -25,10 +25,10 @@ pub(super) struct MotionForm {
     /// The first frame: PNG, JPEG or WebP.
     #[schema(value_type = String, format = Binary)]
     image_a: Vec<u8>,
-    /// The second.
+    /// The second frame.
     #[schema(value_type = String, format = Binary)]
     image_b: Vec<u8>,
-    /// What is known of them, as JSON; may be left out.
+    /// What is known of the frames, as JSON; optional.
     request: Option<MotionParameters>,
 }
 
@@ -37,9 +37,9 @@ pub(super) struct MotionForm {
     post, path = "/v1/motions", operation_id = "motion", tag = "registration",
     request_body(content = MotionForm, content_type = "multipart/form-data"),
     responses(
-        (status = 200, description = "A motion, or none and why", body = MotionReply),
-        (status = "4XX", description = "The request is at fault", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The service is at fault or busy", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "A motion, or no motion with the reason", body = MotionReply),
+        (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = "5XX", description = "The service failed or is busy", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(
@@ -55,7 +55,7 @@ pub(super) async fn post(
     let limits = state.limits;
     let reply = state
         .work
-        .run(Load::Registration, move || -> Result<MotionReply, ServerError> {
+        .run(WorkClass::Registration, move || -> Result<MotionReply, ServerError> {
             let a = limits.frame("image_a", &bytes_a)?;
             let b = limits.frame("image_b", &bytes_b)?;
             let gsd_m_per_px = gsd_m_per_px(&parameters, &a)?;
@@ -68,7 +68,7 @@ pub(super) async fn post(
     Ok(Json(reply))
 }
 
-/// Ground sample distance of image a, where its scale is stated.
+/// Ground sample distance of image a, if its scale is given.
 fn gsd_m_per_px(parameters: &MotionParameters, a: &Gray) -> Result<Option<f64>, ServerError> {
     let Some(view) = stated_view(parameters.gsd_m_per_px, parameters.height_m, parameters.camera.as_ref())? else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! The map page: files of `web/`, compiled in.
+//! The map page: the files of `web/`, compiled into the program.
 
 use super::error::ServerError;
 use axum::extract::Path;
@@ -10,16 +10,16 @@ use rust_embed::RustEmbed;
 #[folder = "web/"]
 struct Web;
 
-/// Nothing but this service is ever asked: the page works without a network.
+/// The page may load only from this service, so it works without a network.
 const POLICY: &str =
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; base-uri 'none'; frame-ancestors 'none'";
 
-/// `GET /`: the map.
+/// `GET /`: the map page.
 pub(super) async fn index() -> Result<Response, ServerError> {
     file("index.html")
 }
 
-/// `GET /page/{file}`: what the map is made of.
+/// `GET /page/{file}`: the scripts, styles and icons of the map page.
 pub(super) async fn part(Path(name): Path<String>) -> Result<Response, ServerError> {
     file(&name)
 }

@@ -1,4 +1,4 @@
-//! `Problem`: a failure as RFC 9457 spells it.
+//! `Problem`: a problem document (RFC 9457).
 
 use axum::Json;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, RETRY_AFTER};
@@ -10,39 +10,39 @@ use utoipa::ToSchema;
 /// The media type of problem documents.
 pub(super) const PROBLEM_JSON: &str = "application/problem+json";
 
-/// A problem document (RFC 9457). Programs go by `code`, people by `detail`.
+/// A problem document (RFC 9457): `code` is for programs, `detail` for people.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Problem {
-    /// Always `about:blank`: the status says the kind, `code` the problem.
+    /// Always `about:blank`: the status and `code` name the problem.
     #[schema(example = "about:blank")]
     pub r#type: &'static str,
-    /// The status's own phrase.
+    /// The phrase of the status.
     #[schema(example = "Bad Request")]
     pub title: &'static str,
     /// The HTTP status.
     #[schema(example = 400)]
     pub status: u16,
-    /// A stable word for this problem.
+    /// A stable code word for the problem.
     #[schema(example = "parameter_out_of_range")]
     pub code: &'static str,
     /// What happened and what to do.
     #[schema(example = "drift_m = -1: expected metres, at least 0 and finite")]
     pub detail: String,
-    /// The query parameter, JSON key or form part at fault, where it is one.
+    /// The query parameter, JSON key or form part that is not valid, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = "drift_m")]
     pub parameter: Option<String>,
 }
 
 impl Problem {
-    /// The document for a status, with the phrase that belongs to it.
+    /// The document for a status, with the phrase of that status.
     pub(super) fn new(status: StatusCode, code: &'static str, detail: String, parameter: Option<String>) -> Self {
         let title = status.canonical_reason().unwrap_or("Error");
         Self { r#type: "about:blank", title, status: status.as_u16(), code, detail, parameter }
     }
 }
 
-/// Marks the answer of a handler that panicked, so that it is counted.
+/// Marks the answer of a handler that panicked, so that panics are counted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Panicked;
 

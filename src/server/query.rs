@@ -1,9 +1,9 @@
-//! Query strings read strictly: every parameter known, given once, and a finite number where one is meant.
+//! `Query`: a query string, read strictly: parameters are known, given once, and finite numbers where numbers are expected.
 
 /// Why a query string is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(super) enum QueryError {
-    #[error("{name} is no parameter of this path; it takes {}", listed(known))]
+    #[error("this path has no parameter {name}; it takes {}", listed(known))]
     Unknown { name: String, known: &'static [&'static str] },
     #[error("{name} is given twice")]
     Repeated { name: &'static str },
@@ -44,19 +44,22 @@ impl QueryError {
     }
 }
 
-/// A query string's parameters.
+/// The parameters of a query string.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Query {
     given: Vec<(&'static str, String)>,
 }
 
 impl Query {
-    /// Reads a query string that may hold `known`, each at most once.
+    /// Reads a query string with the `known` parameters, each at most once.
+    ///
+    /// # Errors
+    /// [`QueryError::Unknown`], [`QueryError::Repeated`].
     pub(super) fn read(raw: Option<&str>, known: &'static [&'static str]) -> Result<Self, QueryError> {
         let mut given: Vec<(&'static str, String)> = Vec::new();
         for (name, value) in form_urlencoded::parse(raw.unwrap_or_default().as_bytes()) {
             let Some(&name) = known.iter().find(|k| **k == name) else {
-                // Long enough to recognise; a caller's megabyte is not sent back.
+                // Long names are cut: they are not sent back whole.
                 return Err(QueryError::Unknown { name: name.chars().take(64).collect(), known });
             };
             if given.iter().any(|(other, _)| *other == name) {
@@ -67,13 +70,19 @@ impl Query {
         Ok(Self { given })
     }
 
-    /// A parameter's text, not empty; `None` where it is not given.
+    /// The text of a parameter; `None` if it is not given.
+    ///
+    /// # Errors
+    /// [`QueryError::Empty`].
     pub(super) fn text(&self, name: &'static str) -> Result<Option<String>, QueryError> {
         let Some((_, value)) = self.given.iter().find(|(given, _)| *given == name) else { return Ok(None) };
         if value.is_empty() { Err(QueryError::Empty { name }) } else { Ok(Some(value.clone())) }
     }
 
-    /// A parameter's finite number.
+    /// The finite number of a parameter; `None` if it is not given.
+    ///
+    /// # Errors
+    /// [`QueryError`]: empty, not a number, not finite.
     pub(super) fn number(&self, name: &'static str) -> Result<Option<f64>, QueryError> {
         let Some(text) = self.text(name)? else { return Ok(None) };
         let found = || text.chars().take(64).collect();
@@ -84,7 +93,10 @@ impl Query {
         }
     }
 
-    /// A parameter's whole number.
+    /// The whole number of a parameter; `None` if it is not given.
+    ///
+    /// # Errors
+    /// [`QueryError`]: empty, not a whole number.
     pub(super) fn whole(&self, name: &'static str) -> Result<Option<u64>, QueryError> {
         let Some(text) = self.text(name)? else { return Ok(None) };
         match text.parse() {

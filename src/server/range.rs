@@ -1,18 +1,18 @@
-//! `RequestedRange`: the part of a file that a request's `Range` asks for (RFC 9110, section 14).
+//! `RequestedRange`: the part of a file that a `Range` header asks for (RFC 9110, section 14).
 
-/// What is asked for.
+/// The requested part of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RequestedRange {
-    /// All of it: no range, several, or none that is understood.
+    /// The whole file: there is no range, there are several, or the range is not valid.
     Whole,
-    /// These bytes, the last included.
+    /// The bytes from the first to the last, both included.
     Part(u64, u64),
-    /// Bytes that are not there.
+    /// Bytes beyond the end of the file.
     Beyond,
 }
 
 impl RequestedRange {
-    /// Of a file of `len` bytes.
+    /// Parses the range for a file of `len` bytes.
     pub(super) fn parse(range: Option<&str>, len: u64) -> Self {
         let spec = range.and_then(|text| text.trim().strip_prefix("bytes="));
         let Some((first, last)) = spec.and_then(|spec| spec.split_once('-')) else { return Self::Whole };
@@ -30,7 +30,7 @@ impl RequestedRange {
     }
 }
 
-/// A number of digits alone; the largest there is where it is larger.
+/// A number of digits only; numbers above `u64::MAX` become `u64::MAX`.
 fn number(text: &str) -> Option<u64> {
     let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     digits.then(|| text.parse().unwrap_or(u64::MAX))

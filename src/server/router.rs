@@ -1,10 +1,10 @@
-//! `router`: which path leads where, and what surrounds every handler.
+//! `router`: the routes, and the layers around every handler.
 
 use super::error::ServerError;
 use super::metrics::observe;
 use super::problem::{PROBLEM_JSON, Problem};
 use super::state::ServiceState;
-use super::work::Load;
+use super::work::WorkClass;
 use super::{candidates, catalogue, exports, fixes, motions, operations, page, tiles};
 use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::header::CONTENT_TYPE;
@@ -21,24 +21,24 @@ use utoipa_axum::routes;
 #[openapi(
     info(
         title = "overfly",
-        description = "Which tiles to search, and where a camera frame was taken: a tile database for flying without GPS. \
-            Degrees, metres and seconds by the suffix of each name; positions are WGS84.",
+        description = "A tile database for flying without GPS: which tiles to search, and where a camera frame was taken. \
+            Each name ends in its unit: degrees, metres or seconds. Positions are WGS84.",
         license(name = "MIT OR Apache-2.0")
     ),
     tags(
-        (name = "search", description = "Which tiles to search"),
+        (name = "search", description = "Tiles to search"),
         (name = "registration", description = "Fixes and motions"),
-        (name = "store", description = "What the store holds"),
+        (name = "store", description = "Content of the store"),
         (name = "tiles", description = "Imagery and descriptors"),
-        (name = "exports", description = "What one flight needs, for the aircraft's storage; on the ground only"),
-        (name = "operations", description = "For those who run the service")
+        (name = "exports", description = "Extracts of the store for one flight; on the ground only"),
+        (name = "operations", description = "Health and metrics, for operators")
     )
 )]
 struct Api;
 
-/// The service's routes. Onboard has no route that writes.
+/// The routes of the service. Onboard, no route writes.
 pub fn router(state: ServiceState) -> Router {
-    let of_the_store = OpenApiRouter::new()
+    let store_routes = OpenApiRouter::new()
         .routes(routes!(candidates::get))
         .routes(routes!(fixes::post))
         .routes(routes!(motions::post))
@@ -52,7 +52,7 @@ pub fn router(state: ServiceState) -> Router {
         .merge(exports::routes(state.service))
         .route_layer(from_fn_with_state(state.clone(), same_store));
     let routes = OpenApiRouter::with_openapi(Api::openapi())
-        .merge(of_the_store)
+        .merge(store_routes)
         .routes(routes!(operations::healthz))
         .routes(routes!(operations::metrics));
     let (router, api) = routes.split_for_parts();
@@ -65,7 +65,7 @@ pub fn router(state: ServiceState) -> Router {
     surrounded(with_pages, state)
 }
 
-/// What surrounds every handler: a bound on bodies; a panic and any other failure become a problem document; counts.
+/// Adds the layers around every handler: a limit on bodies, problem documents for panics and other failures, and metrics.
 fn surrounded(router: Router<ServiceState>, state: ServiceState) -> Router {
     let (body_bytes, metrics) = (state.limits.body_bytes, state.metrics.clone());
     router
@@ -76,15 +76,15 @@ fn surrounded(router: Router<ServiceState>, state: ServiceState) -> Router {
         .layer(from_fn_with_state(metrics, observe))
 }
 
-/// Refuses every question once the file is no longer the store that was opened: layers and indexes are read once, and
-/// an answer from two stores at once would be wrong.
+/// Refuses every request once the file is no longer the store that was opened: layers and indexes are read only once, and an answer
+/// that mixes two stores would be wrong.
 async fn same_store(State(state): State<ServiceState>, request: Request, next: Next) -> Result<Response, ServerError> {
     let store = state.store.clone();
-    state.work.run(Load::Question, move || store.check_unchanged()).await??;
+    state.work.run(WorkClass::Query, move || store.check_unchanged()).await??;
     Ok(next.run(request).await)
 }
 
-/// Turns an error that a layer or extractor answered as plain text into a problem document.
+/// Turns plain-text errors of layers and extractors into problem documents.
 async fn problems_only(request: Request, next: Next) -> Response {
     let response = next.run(request).await;
     let status = response.status();
@@ -119,12 +119,12 @@ mod tests {
         let mut writer = Writer::begin(&path, CONTRACT, declaration).unwrap();
         writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content: Some(content) }).unwrap();
         writer.finish(&|_| true).unwrap();
-        // One place each: a panic that kept it would leave none.
+        // One place in each class: a panic that kept its place would leave none.
         let limits = Limits { questions: 1, registrations: 1, ..Limits::default() };
         ServiceState::new(Reader::open_onboard(&path).unwrap(), Service::Onboard, limits)
     }
 
-    async fn in_work(State(state): State<ServiceState>, load: Load) -> Result<String, ServerError> {
+    async fn in_work(State(state): State<ServiceState>, load: WorkClass) -> Result<String, ServerError> {
         let store = state.store.clone();
         state.work.run(load, move || -> String { panic!("poisoned, with {} layers", store.layers().len()) }).await
     }
@@ -141,8 +141,8 @@ mod tests {
         let state = state(folder.path());
         let poisoned = Router::new()
             .route("/handler", get(|| async { std::hint::black_box(None::<String>).expect("poisoned") }))
-            .route("/question", get(|state| in_work(state, Load::Question)))
-            .route("/registration", get(|state| in_work(state, Load::Registration)))
+            .route("/question", get(|state| in_work(state, WorkClass::Query)))
+            .route("/registration", get(|state| in_work(state, WorkClass::Registration)))
             .route("/metrics", get(operations::metrics))
             .route("/readyz", get(operations::readyz));
         let app = surrounded(poisoned, state);

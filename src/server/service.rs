@@ -6,6 +6,6 @@
 pub enum Service {
     /// On the ground.
     Preflight,
-    /// On the aircraft: no route that writes exists.
+    /// On the aircraft: no route writes.
     Onboard,
 }

@@ -1,4 +1,4 @@
-//! `ServiceState`: what every handler shares.
+//! `ServiceState`: the state that all handlers share.
 
 use super::limits::Limits;
 use super::metrics::Metrics;
@@ -8,7 +8,7 @@ use overfly_flight::locate::candidates::Residents;
 use overfly_store::Reader;
 use std::sync::Arc;
 
-/// A store opened for reading, and the bounds under which it is asked. Cheap to clone.
+/// A store opened for reading, and the limits of the service. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct ServiceState {
     pub(super) store: Arc<Reader>,
@@ -29,7 +29,7 @@ impl ServiceState {
         Self { store, residents, service, limits, work, metrics, warnings: Arc::new([]) }
     }
 
-    /// The same with something to warn of in every statement of its health.
+    /// The same state with warnings, which every health report includes.
     pub fn with_warnings(self, warnings: Vec<String>) -> Self {
         Self { warnings: warnings.into(), ..self }
     }

@@ -6,7 +6,7 @@ use super::error::ServerError;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::state::ServiceState;
-use super::work::Load;
+use super::work::WorkClass;
 use axum::Json;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
@@ -15,9 +15,9 @@ use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
 use overfly_core::tile::TileId;
 
-/// A tile may change when the store is built anew under the same address: caches ask again after a minute.
+/// A tile may change when the store is built again: caches must revalidate after a minute.
 const CACHE: &str = "public, max-age=60, must-revalidate";
-/// Says how to read a descriptor blob.
+/// Names the format of a descriptor blob.
 const CONTRACT_HEADER: HeaderName = HeaderName::from_static("overfly-descriptor-contract");
 
 type TilePath = Result<Path<(String, String, String, String)>, PathRejection>;
@@ -36,7 +36,7 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
     Ok((layer, TileId::new(zoom, x, y).map_err(ServerError::TileName)?))
 }
 
-/// A tile's imagery as stored.
+/// The imagery of a tile, as stored.
 #[utoipa::path(
     get, path = "/v1/tiles/{layer}/{z}/{x}/{y}", operation_id = "tile", tag = "tiles",
     params(
@@ -44,12 +44,12 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
         ("z" = u8, Path, description = "Zoom (tiles of 512 px on the Web Mercator quad)"),
         ("x" = u32, Path, description = "Column from the antimeridian"),
         ("y" = u32, Path, description = "Row, 0 north"),
-        ("if-none-match" = Option<String>, Header, description = "An ETag seen before: 304 where it still holds"),
+        ("if-none-match" = Option<String>, Header, description = "An earlier ETag: the answer is 304 if the content is unchanged"),
     ),
     responses(
         (status = 200, description = "The image; its ETag is the BLAKE3 of the tile's content", content(("image/jpeg"), ("image/png"), ("image/webp"))),
         (status = 304, description = "Unchanged"),
-        (status = "4XX", description = "Not a tile, or not in this layer", body = Problem, content_type = "application/problem+json"),
+        (status = "4XX", description = "Not a tile, or the layer does not have it", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn image(
@@ -63,7 +63,7 @@ pub(super) async fn image(
     let store = state.store.clone();
     let found = state
         .work
-        .run(Load::Question, move || {
+        .run(WorkClass::Query, move || {
             let encoded = store.encoded_tile(store.layer(&layer)?, tile)?;
             encoded.ok_or(ServerError::NoTile { layer, z, x, y })
         })
@@ -76,7 +76,7 @@ pub(super) async fn image(
     Ok((headers, found.bytes).into_response())
 }
 
-/// A tile's keypoint descriptors: the blob that migrations/README.md draws.
+/// The keypoint descriptors of a tile: the blob that migrations/README.md describes.
 #[utoipa::path(
     get, path = "/v1/tiles/{layer}/{z}/{x}/{y}/descriptors", tag = "tiles",
     params(
@@ -84,10 +84,10 @@ pub(super) async fn image(
         ("z" = u8, Path, description = "Zoom"),
         ("x" = u32, Path, description = "Column"),
         ("y" = u32, Path, description = "Row, 0 north"),
-        ("if-none-match" = Option<String>, Header, description = "An ETag seen before: 304 where it still holds"),
+        ("if-none-match" = Option<String>, Header, description = "An earlier ETag: the answer is 304 if the content is unchanged"),
     ),
     responses(
-        (status = 200, description = "The blob; header `overfly-descriptor-contract` says how it was made", body = Vec<u8>, content_type = "application/octet-stream"),
+        (status = 200, description = "The blob; header `overfly-descriptor-contract` names its format", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = 304, description = "Unchanged"),
         (status = "4XX", description = "Not a tile, or without descriptors", body = Problem, content_type = "application/problem+json"),
     )
@@ -103,7 +103,7 @@ pub(super) async fn descriptors(
     let store = state.store.clone();
     let blob = state
         .work
-        .run(Load::Question, move || -> Result<Vec<u8>, ServerError> {
+        .run(WorkClass::Query, move || -> Result<Vec<u8>, ServerError> {
             let known = store.layer(&layer)?;
             if let Some(blob) = store.descriptors(known, tile)? {
                 return Ok(blob);
@@ -123,13 +123,13 @@ pub(super) async fn descriptors(
     Ok((kept, [(CONTENT_TYPE, "application/octet-stream")], blob).into_response())
 }
 
-/// How map viewers find a layer's tiles.
+/// The TileJSON of a layer, for map viewers.
 #[utoipa::path(
     get, path = "/v1/tiles/{layer}/tilejson.json", tag = "tiles",
     params(("layer" = String, Path, description = "Layer")),
     responses(
         (status = 200, description = "TileJSON", body = TileJson),
-        (status = "4XX", description = "No such layer, or the query is at fault", body = Problem, content_type = "application/problem+json"),
+        (status = "4XX", description = "No such layer, or the query is not valid", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn tilejson(
@@ -142,7 +142,7 @@ pub(super) async fn tilejson(
     Ok(Json(TileJson::new(state.store.layer(&layer)?, &origin(&headers))))
 }
 
-/// Under which address the caller reaches the service; empty (so that addresses are relative) where that is unclear.
+/// The address under which the caller reaches the service; empty if it is unknown, so that addresses are relative.
 fn origin(headers: &HeaderMap) -> String {
     let plain = |c: u8| c.is_ascii_alphanumeric() || b".-:[]".contains(&c);
     match headers.get(HOST).and_then(|host| host.to_str().ok()) {

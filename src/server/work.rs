@@ -1,4 +1,4 @@
-//! `Work`: blocking jobs off the event loop, so many at once, so long at most.
+//! `Work`: runs blocking jobs off the event loop, with limits on their number and on their time.
 
 use super::error::ServerError;
 use super::limits::Limits;
@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// How heavy a job is.
+/// A class of work, with a concurrency limit of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Load {
-    /// Reads the store: milliseconds, rarely a second.
-    Question,
+pub(super) enum WorkClass {
+    /// Reads the store: takes milliseconds, rarely a second.
+    Query,
     /// Decodes and registers images.
     Registration,
 }
@@ -25,13 +25,13 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// The places at the work bench.
+/// Concurrency limits per class of work.
 #[derive(Debug, Clone)]
 pub(super) struct Work {
     questions: Arc<Semaphore>,
     registrations: Arc<Semaphore>,
     uploads: Arc<Semaphore>,
-    /// In KiB.
+    /// Memory for uploads, KiB.
     uploads_room: Arc<Semaphore>,
     time: Duration,
 }
@@ -48,33 +48,33 @@ impl Work {
         }
     }
 
-    /// Runs a job on a blocking thread once a place is free.
+    /// Runs a job on a blocking thread, once its class has a free place.
     ///
     /// # Errors
     /// As [`Work::run_cancellable`].
     pub(super) async fn run<T: Send + 'static>(
         &self,
-        load: Load,
+        class: WorkClass,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, ServerError> {
-        self.run_cancellable(load, move |_| job()).await
+        self.run_cancellable(class, move |_| job()).await
     }
 
     /// As [`Work::run`]; the job's token is cancelled when the time limit is reached or the caller is gone. The job keeps its place
     /// until it ends.
     ///
     /// # Errors
-    /// [`ServerError::TimeLimit`] where waiting and working take too long, [`ServerError::Panicked`] where it panics.
+    /// [`ServerError::TimeLimit`] if waiting and working take too long, [`ServerError::Panicked`] if the job panics.
     pub(super) async fn run_cancellable<T: Send + 'static>(
         &self,
-        load: Load,
+        class: WorkClass,
         job: impl FnOnce(&CancellationToken) -> T + Send + 'static,
     ) -> Result<T, ServerError> {
         let cancellation = CancellationToken::new();
         let _cancel_on_drop = CancelOnDrop(cancellation.clone());
-        let places = match load {
-            Load::Question => &self.questions,
-            Load::Registration => &self.registrations,
+        let places = match class {
+            WorkClass::Query => &self.questions,
+            WorkClass::Registration => &self.registrations,
         };
         let outcome = tokio::time::timeout(self.time, async {
             let place = places.clone().acquire_owned().await.expect("the semaphore is never closed");
@@ -91,10 +91,10 @@ impl Work {
         }
     }
 
-    /// A place to hold an upload of at most so many bytes in memory.
+    /// Reserves memory for an upload of at most `bytes`.
     ///
     /// # Errors
-    /// [`ServerError::Busy`] where all are taken.
+    /// [`ServerError::Busy`] if too many uploads are in progress, or too large ones.
     pub(super) fn upload(&self, bytes: usize) -> Result<Upload, ServerError> {
         let busy = |_| ServerError::Busy;
         let place = self.uploads.clone().try_acquire_owned().map_err(busy)?;
@@ -103,7 +103,7 @@ impl Work {
     }
 }
 
-/// A place for an upload; free again when dropped.
+/// Reserved memory for an upload; released when dropped.
 #[derive(Debug)]
 pub(super) struct Upload {
     _place: OwnedSemaphorePermit,

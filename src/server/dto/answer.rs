@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::time::Duration;
 use utoipa::ToSchema;
 
-/// A fix, or none and why. `status` is "fix" or "no_fix".
+/// A fix, or no fix with the reason. `status` is "fix" or "no_fix".
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Answer)]
 #[serde(tag = "status", rename_all = "snake_case")]
@@ -30,39 +30,39 @@ pub(crate) struct PointJson {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Fix)]
 pub(crate) struct FixJson {
-    /// Of the nadir, degrees.
+    /// Latitude of the nadir, degrees north.
     latitude_deg: f64,
-    /// Of the nadir, degrees.
+    /// Longitude of the nadir, degrees east.
     longitude_deg: f64,
     /// Azimuth of the image's upper edge, degrees clockwise from true north, [0, 360).
     heading_deg: f64,
-    /// One standard deviation, degrees.
+    /// One standard deviation of the heading, degrees.
     heading_sigma_deg: f64,
-    /// Ground sample distance of the frame as found, metres per pixel.
+    /// Estimated ground sample distance of the frame, metres per pixel.
     gsd_m_per_px: f64,
     /// One standard deviation of the scale, as a ratio.
     scale_sigma_ratio: f64,
     /// [[east-east, east-north], [east-north, north-north]], m^2; the map's own error included.
     covariance_m2: [[f64; 2]; 2],
-    /// Strength of the evidence, in standard deviations of the correlation surface.
+    /// z-score of the best peak: its height in standard deviations of the correlation surface.
     score: f64,
-    /// Probability that an accepted fix of this evidence is wrong.
+    /// Probability that an accepted fix with this evidence is wrong.
     false_fix_probability: f64,
-    /// log10 of the number of accidents as good as this one to expect in a search of this size.
+    /// log10 of the number of equally good matches expected by chance in a search of this size (a contrario).
     log10_false_alarms: Option<f64>,
-    /// The ground in the middle of the image.
+    /// The ground at the centre of the image.
     image_centre: PointJson,
-    /// Local windows that agree.
+    /// Number of local windows that agree.
     inliers: usize,
-    /// Base tiles whose imagery was searched.
+    /// Number of base tiles whose imagery was searched.
     tiles_searched: usize,
     /// The paper's count for this search.
     nominal_count: f64,
-    /// Newest acquisition date of the map there, where known.
+    /// Newest acquisition date of the map there, if known.
     map_epoch: Option<String>,
-    /// The request's image time.
+    /// The image time of the request.
     time_s: Option<f64>,
-    /// From the decoded frame to this answer, milliseconds.
+    /// Time from the decoded frame to this answer, milliseconds.
     elapsed_ms: f64,
 }
 
@@ -70,22 +70,22 @@ pub(crate) struct FixJson {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = NoFix)]
 pub(crate) struct NoFixJson {
-    /// A stable word.
+    /// A stable word for the reason.
     reason: ReasonJson,
-    /// For people: the figures behind the reason.
+    /// The figures behind the reason, for people.
     detail: String,
-    /// Best score seen, where a search was made.
+    /// The best score, if a search was made.
     score: Option<f64>,
-    /// log10 of the number of accidents as good as the best place to expect in a search of this size; absent where no
-    /// place had windows that agree.
+    /// log10 of the number of equally good matches expected by chance in a search of this size; absent if no place had windows that
+    /// agree.
     log10_false_alarms: Option<f64>,
-    /// Base tiles whose imagery was searched.
+    /// Number of base tiles whose imagery was searched.
     tiles_searched: usize,
     /// The paper's count for this search.
     nominal_count: f64,
-    /// The request's image time.
+    /// The image time of the request.
     time_s: Option<f64>,
-    /// From the decoded frame to this answer, milliseconds.
+    /// Time from the decoded frame to this answer, milliseconds.
     elapsed_ms: f64,
 }
 
@@ -94,19 +94,19 @@ pub(crate) struct NoFixJson {
 #[schema(as = Reason)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ReasonJson {
-    /// The search region holds no map.
+    /// There is no map in the search region.
     OutsideMap,
     /// The frame shows too little structure.
     TooLittleStructure,
-    /// The best place is not clearly better than the rest.
+    /// The best place is not clearly better than the others.
     Ambiguous,
     /// Too few local windows agree on one similarity.
     TooFewAgreeingWindows,
     /// The camera sees the horizon.
     HorizonInView,
-    /// The similarity found, or the size of the frame on the map, contradicts the stated scale.
+    /// The estimated similarity, or the size of the frame on the map, contradicts the given scale.
     InconsistentScale,
-    /// The similarity found contradicts the stated heading.
+    /// The estimated similarity contradicts the given heading.
     InconsistentHeading,
 }
 

@@ -6,20 +6,20 @@ use overfly_flight::locate::candidates::{Candidate, Candidates};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// The tiles to search and what the search will cost.
+/// The tiles to search and the expected cost of the search.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Candidates)]
 pub(crate) struct CandidatesJson {
     /// The paper's count for this search: equation 3, 17 (parallel) or 28 (combined, flights of at most the turn radius);
-    /// elsewhere the region's area over one image's.
+    /// elsewhere the area of the region divided by that of one image.
     nominal_count: f64,
-    /// What is searched; cut at the antimeridian and at 85.05 degrees.
+    /// The search region, cut at the antimeridian and at 85.05 degrees.
     region: GeometryJson,
-    /// Best first: by falling probability, then by distance from the region's middle.
+    /// The tiles, best first: by decreasing probability, then by distance from the middle of the region.
     tiles: Vec<CandidateJson>,
     /// Probability that the image's centre lies in the returned tiles.
     containment: f64,
-    /// Seconds that searching the returned tiles takes (K1 of equation 4 times their number).
+    /// Estimated time to search the returned tiles, seconds (K1 of equation 4 times their number).
     estimated_s: f64,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct CandidatesJson {
 pub(crate) struct CandidateJson {
     /// `layer/z/x/y`: its path under `/v1/tiles/`.
     id: String,
-    /// Its layer.
+    /// Name of the layer.
     layer: String,
     /// Zoom.
     z: u8,
@@ -37,21 +37,21 @@ pub(crate) struct CandidateJson {
     x: u32,
     /// Row, 0 north.
     y: u32,
-    /// Exact extent, degrees.
+    /// Extent, degrees.
     bounds_deg: GeodeticBoundsJson,
-    /// Probability that the image's centre lies in it.
+    /// Probability that the image's centre lies in the tile.
     probability: f64,
-    /// Keypoints described in it.
+    /// Number of keypoints with descriptors.
     keypoints: u32,
-    /// How unlike each other they are, in [0, 1].
+    /// How different the descriptors are from each other, in [0, 1].
     distinctiveness: f64,
-    /// True ground sample distance at its centre (geometric mean of east and north).
+    /// True ground sample distance at the tile's centre (geometric mean of east and north).
     gsd_m_per_px: f64,
-    /// Newest acquisition date in it (ISO 8601), where known.
+    /// Newest acquisition date in the tile (ISO 8601), if known.
     acquired: Option<String>,
 }
 
-/// An extent in degrees, west to east; never crosses the antimeridian (a tile cannot).
+/// An extent in degrees, west to east. A tile never crosses the antimeridian.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 #[schema(as = GeodeticBounds)]
 pub(crate) struct GeodeticBoundsJson {

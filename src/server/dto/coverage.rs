@@ -5,13 +5,13 @@ use overfly_flight::locate::coverage::{Coverage, CoverageProperties, CoveredLaye
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// A GeoJSON feature collection, a feature a finished layer.
+/// A GeoJSON feature collection with one feature for each finished layer.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Coverage)]
 pub(crate) struct CoverageJson {
     /// "FeatureCollection".
     r#type: &'static str,
-    /// By layer name.
+    /// The layers, by name.
     features: Vec<CoveredLayerJson>,
 }
 
@@ -21,23 +21,23 @@ pub(crate) struct CoverageJson {
 pub(crate) struct CoveredLayerJson {
     /// "Feature".
     r#type: &'static str,
-    /// Disjoint rectangles that together are the layer's tiles.
+    /// Disjoint rectangles that together cover the layer's tiles.
     geometry: GeometryJson,
-    /// What is covered.
+    /// What the feature covers.
     properties: CoveragePropertiesJson,
 }
 
-/// What a feature of the coverage says of its layer.
+/// The layer of a feature.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = CoverageProperties)]
 pub(crate) struct CoveragePropertiesJson {
-    /// The layer.
+    /// Name of the layer.
     layer: String,
-    /// The level whose tiles are drawn: the base level, or a coarser one where that is too ragged.
+    /// The level whose tiles are drawn: the base level, or a coarser one if the base level has too many rectangles.
     zoom: u8,
-    /// Tiles at that level.
+    /// Number of tiles at that level.
     tiles: usize,
-    /// Earliest and latest acquisition date, where known.
+    /// Earliest and latest acquisition date, if known.
     acquired: Option<(String, String)>,
 }
 

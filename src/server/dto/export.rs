@@ -1,9 +1,9 @@
-//! `ExportParameters` and `ExportProgress`: what an export is asked, and how far it is.
+//! `ExportParameters` and `ExportProgress`: what an export is asked, and its progress.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What shall be exported: as `overfly export` takes it.
+/// What to export, with the options of `overfly export`.
 #[derive(Debug, Clone, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExportParameters {
@@ -13,27 +13,27 @@ pub(crate) struct ExportParameters {
     /// W: the corridor on each side of the route, metres.
     #[schema(example = 1500.0)]
     pub corridor_m: f64,
-    /// Layers to take; all where none is named.
+    /// Layers to export; all layers if the list is empty.
     #[serde(default)]
     pub layers: Vec<String>,
-    /// Most bytes of the file.
+    /// Largest size of the file, bytes.
     pub max_bytes: Option<u64>,
-    /// The JPEG quality, 1 to 100, to encode imagery with anew.
+    /// Encode the imagery again with this JPEG quality, 1 to 100.
     #[schema(minimum = 1, maximum = 100)]
     pub jpeg_quality: Option<u8>,
-    /// The last day on which it may be flown, YYYY-MM-DD.
+    /// The last day on which the export may be flown, YYYY-MM-DD.
     pub valid_until: Option<String>,
 }
 
-/// How far an export is.
+/// The progress of an export.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub(crate) struct ExportProgress {
-    /// Its name: of the store's digest and the request, so that asking for the same again is answered by the same file.
+    /// Name of the export, made from the store's digest and the request: equal requests get the same file.
     pub id: String,
-    /// Whether the file is there to be fetched.
+    /// Whether the export has ended: fetch its file.
     pub done: bool,
-    /// Tiles written.
+    /// Number of tiles written.
     pub tiles_done: u64,
-    /// Tiles to write; 0 while they are being chosen.
+    /// Number of tiles to write; 0 while they are being selected.
     pub tiles: u64,
 }

@@ -9,9 +9,9 @@ use utoipa::ToSchema;
 #[schema(as = Geometry)]
 #[serde(tag = "type", content = "coordinates")]
 pub(crate) enum GeometryJson {
-    /// One polygon: its rings.
+    /// The rings of one polygon.
     Polygon(Vec<Vec<[f64; 2]>>),
-    /// Several polygons: what crosses the antimeridian is cut there.
+    /// Several polygons; a region that crosses the antimeridian is cut there.
     MultiPolygon(Vec<Vec<Vec<[f64; 2]>>>),
 }
 

@@ -4,7 +4,7 @@ use overfly_core::camera::Intrinsics;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// A pinhole camera, as `camera.toml` spells it. Pixels are counted from the image's upper-left corner.
+/// A pinhole camera, with the keys of `camera.toml`. Pixels are counted from the image's upper-left corner.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, ToSchema)]
 #[schema(as = Intrinsics)]
 #[serde(deny_unknown_fields)]
@@ -17,7 +17,7 @@ pub(crate) struct IntrinsicsJson {
     focal_length_px: f64,
     /// Principal point from the image's corner, pixels.
     principal_point_px: [f64; 2],
-    /// k1, k2, p1, p2, k3.
+    /// Distortion coefficients k1, k2, p1, p2, k3 (the OpenCV model).
     #[serde(default)]
     distortion: [f64; 5],
 }

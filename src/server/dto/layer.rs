@@ -4,27 +4,27 @@ use overfly_store::Layer;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// One epoch of imagery: a tile table of its own.
+/// One epoch of imagery, with its own tile table.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Layer)]
 pub(crate) struct LayerJson {
-    /// Its name, `ortho` by default.
+    /// Name, `ortho` by default.
     name: String,
-    /// The finest level: what sources are warped to.
+    /// Zoom of the finest level, to which sources are warped.
     base_zoom: u8,
-    /// The coarsest overview.
+    /// Zoom of the coarsest overview.
     min_zoom: u8,
-    /// Tiles at the base level.
+    /// Number of tiles at the base level.
     base_tiles: u64,
-    /// Tiles at all levels.
+    /// Number of tiles at all levels.
     tiles: u64,
-    /// Extent, degrees: west, south, east, north. West may exceed east: then it crosses the antimeridian.
+    /// Extent, degrees: west, south, east, north. West exceeds east if the layer crosses the antimeridian.
     bounds_deg: [f64; 4],
-    /// Earliest and latest acquisition date of its sources, where known.
+    /// Earliest and latest acquisition date of its sources, if known.
     acquired: Option<(String, String)>,
-    /// Whether its last build was finished; an unfinished layer answers nothing.
+    /// Whether the layer is finished. An unfinished layer answers no requests.
     complete: bool,
-    /// BLAKE3 of its logical content, hexadecimal; `None` while it is unfinished.
+    /// BLAKE3 digest of the logical content, hexadecimal; null while the layer is unfinished.
     digest: Option<String>,
 }
 

@@ -10,30 +10,30 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct MotionParameters {
-    /// Ground metres per pixel of image a: then the answer is also in metres. Or `height_m` and `camera`.
+    /// Ground metres per pixel of image a; then the answer is also in metres. Or `height_m` and `camera`.
     #[schema(exclusive_minimum = 0.0)]
     pub gsd_m_per_px: Option<f64>,
     /// Height above ground of image a, metres; needs `camera`.
     pub height_m: Option<f64>,
-    /// The camera of both.
+    /// The camera of both images.
     pub camera: Option<IntrinsicsJson>,
 }
 
-/// How image b lies on image a, or why that cannot be said.
+/// How image b lies on image a, or no motion with the reason.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub(crate) struct MotionReply {
     /// The registration.
     #[serde(flatten)]
     answer: MotionAnswerJson,
-    /// The same on the ground, where a scale was stated.
+    /// The motion on the ground, if a scale was given.
     #[serde(flatten)]
     #[schema(value_type = GroundMotion)]
     ground: Option<GroundMotion>,
-    /// From the decoded frames to this answer, milliseconds.
+    /// Time from the decoded frames to this answer, milliseconds.
     elapsed_ms: f64,
 }
 
-/// The answer: how frame b lies on frame a, or why that cannot be said.
+/// How frame b lies on frame a, or no motion with the reason.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = MotionAnswer)]
 #[serde(tag = "status", rename_all = "snake_case")]
@@ -42,9 +42,9 @@ pub(crate) enum MotionAnswerJson {
     Motion(MotionJson),
     /// Not registered.
     NoMotion {
-        /// Why, as a stable word.
+        /// The reason, as a stable word.
         reason: NoMotionReasonJson,
-        /// Why, for people and logs.
+        /// The reason, for people and logs.
         detail: String,
     },
 }
@@ -56,24 +56,24 @@ pub(crate) enum MotionAnswerJson {
 pub(crate) enum NoMotionReasonJson {
     /// Too few correspondences agree on one motion: another place, too little overlap, or too little texture.
     TooFewAgreeingMatches,
-    /// Correspondences agree, but most others in the overlap so found, or its brightness, contradict: ground that
-    /// looks alike.
+    /// Correspondences agree on a motion, but most others in that overlap, or its brightness, contradict it: the ground only looks
+    /// alike.
     Contradicted,
-    /// They agree on a scale that the prior excludes.
+    /// Correspondences agree on a scale that the prior excludes.
     OtherScale,
 }
 
-/// A similarity taking a point of image b to image a, pixels counted from the corner.
+/// A similarity that takes a point of image b to image a, pixels counted from the corner.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Motion)]
 pub(crate) struct MotionJson {
-    /// Row-major 2 x 3: a point (x, y, 1) of b to a.
+    /// Row-major 2 x 3 matrix: takes a point (x, y, 1) of b to a.
     a_from_b: [[f64; 3]; 2],
     /// Rotation of b against a, degrees in (-180, 180], clockwise as seen in the image.
     rotation_deg: f64,
     /// Pixels of a per pixel of b.
     scale: f64,
-    /// Where b's centre lies in a minus a's centre, pixels of a: the displacement.
+    /// The displacement: where b's centre lies in a minus a's centre, pixels of a.
     displacement_px: [f64; 2],
     /// Covariance of `displacement_px`, px^2.
     covariance_px2: [[f64; 2]; 2],
@@ -81,11 +81,11 @@ pub(crate) struct MotionJson {
     rotation_sigma_deg: f64,
     /// One standard deviation of `scale`, as a ratio of it.
     scale_sigma_ratio: f64,
-    /// Correspondences that agree.
+    /// Number of correspondences that agree.
     inliers: usize,
-    /// Correspondences that were tried.
+    /// Number of correspondences that were tried.
     matches: usize,
-    /// log10 of the number of agreements as large that accident makes in a pair of frames.
+    /// log10 of the number of equally large agreements expected by chance in a pair of frames (a contrario).
     log10_false_alarms: f64,
 }
 

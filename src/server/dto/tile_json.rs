@@ -6,14 +6,14 @@ use overfly_store::Layer;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// A layer as TileJSON 3.0.0 describes it, with `tileSize` as MapLibre reads it.
+/// A layer as TileJSON 3.0.0, with `tileSize` for MapLibre.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub(crate) struct TileJson {
     /// "3.0.0".
     tilejson: &'static str,
-    /// The layer.
+    /// Name of the layer.
     name: String,
-    /// Address of a tile, absolute where the request says under which name the service is reached.
+    /// Address template of the tiles; absolute if the request has a `Host`.
     tiles: Vec<String>,
     /// "xyz".
     scheme: &'static str,
@@ -23,7 +23,7 @@ pub(crate) struct TileJson {
     maxzoom: u8,
     /// West, south, east, north, degrees.
     bounds: [f64; 4],
-    /// Longitude, latitude, zoom to start at.
+    /// Longitude, latitude and zoom of the initial view.
     center: [f64; 3],
     /// 512.
     #[serde(rename = "tileSize")]
