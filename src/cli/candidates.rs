@@ -41,7 +41,7 @@ pub struct Args {
     /// Longitude of that point, degrees east.
     #[arg(long, value_name = "DEG")]
     longitude_deg: f64,
-    /// Direction of the image's upper edge, degrees clockwise from true north; combined: heading at the last fix.
+    /// Direction of the image's upper edge, degrees clockwise from true north, in [0, 360); combined: heading at the last fix.
     #[arg(long, value_name = "DEG")]
     heading_deg: f64,
     /// The image's extent on the ground across the heading, metres (the paper's a).

@@ -3,15 +3,15 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::layer::chosen_layer;
-use crate::cli::number::{any, latitude_deg, positive, turn_deg};
+use crate::cli::number::any;
 use crate::cli::output::Output;
 use crate::cli::pictures::Pictures;
 use crate::cli::threads::default_threads;
 use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
-use overfly_core::geodesy::{EnuCovariance, Geodetic};
+use overfly_core::geodesy::EnuCovariance;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate, locate_traced};
+use overfly_flight::locate::{Answer, FixParameters, locate, locate_traced};
 use overfly_store::Reader;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -42,25 +42,25 @@ pub struct Args {
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
-    /// Most likely latitude of the point straight below the camera; without a position, the whole layer is searched.
-    #[arg(long, value_name = "DEG", value_parser = latitude_deg, requires_all = ["longitude_deg", "sigma_m"])]
+    /// Most likely latitude of the point straight below the camera, in [-85.051128, 85.051128]; without a position, the whole layer is searched.
+    #[arg(long, value_name = "DEG", value_parser = any, requires_all = ["longitude_deg", "sigma_m"])]
     latitude_deg: Option<f64>,
-    /// Most likely longitude of that point.
-    #[arg(long, value_name = "DEG", value_parser = turn_deg, requires_all = ["latitude_deg", "sigma_m"])]
+    /// Most likely longitude of that point, in [-180, 180].
+    #[arg(long, value_name = "DEG", value_parser = any, requires_all = ["latitude_deg", "sigma_m"])]
     longitude_deg: Option<f64>,
-    /// One standard deviation of that position per axis, metres.
-    #[arg(long, value_name = "M", value_parser = positive, requires = "latitude_deg")]
+    /// One standard deviation of that position per axis, metres in [0.001, 1e7].
+    #[arg(long, value_name = "M", value_parser = any, requires = "latitude_deg")]
     sigma_m: Option<f64>,
-    /// Direction of the image's upper edge, clockwise from true north; without it, all headings are searched.
-    #[arg(long, value_name = "DEG", value_parser = turn_deg)]
+    /// Direction of the image's upper edge, degrees clockwise from true north, in [0, 360); without it, all headings are searched.
+    #[arg(long, value_name = "DEG", value_parser = any)]
     heading_deg: Option<f64>,
-    /// One standard deviation of the heading, degrees.
-    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0, requires = "heading_deg")]
+    /// One standard deviation of the heading, degrees in (0, 180].
+    #[arg(long, value_name = "DEG", value_parser = any, default_value_t = 3.0, requires = "heading_deg")]
     heading_sigma_deg: f64,
     #[command(flatten)]
     viewpoint: Viewpoint,
-    /// One standard deviation of the height or ground sample distance, as a ratio: 0.03 is 3 %.
-    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
+    /// One standard deviation of the height or ground sample distance, as a ratio in (0, 0.3]: 0.03 is 3 %.
+    #[arg(long, value_name = "RATIO", value_parser = any, default_value_t = 0.03)]
     height_sigma_ratio: f64,
     /// When the image was taken, seconds of any clock; repeated in the answer.
     #[arg(long, value_name = "S", value_parser = any)]
@@ -74,27 +74,15 @@ pub struct Args {
 
 /// Runs the command; exit code 3 if there is no fix.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let view = args.viewpoint.view()?.ok_or_else(|| {
-        let remedy = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera";
-        Failure::unusable("no_scale", anyhow::anyhow!(remedy))
-    })?;
+    let parameters = args.parameters()?;
     let ReducedFrame { gray: frame, reduction } = read_large_frame(&args.image)?;
     let store = Reader::open(&args.db)?;
     let layer = match &args.layer {
         Some(name) => name.clone(),
         None => chosen_layer(&store, None)?.name.clone(),
     };
-    let request = FixRequest {
-        layer,
-        position: args.position()?,
-        heading: args.heading_deg.map(|heading_deg| HeadingPrior {
-            heading_rad: heading_deg.to_radians(),
-            sigma_rad: args.heading_sigma_deg.to_radians(),
-        }),
-        view: view.reduced(reduction),
-        scale_sigma_ratio: args.height_sigma_ratio,
-        time_s: args.time_s,
-    };
+    let mut request = parameters.request(&layer)?;
+    request.view = request.view.reduced(reduction);
     let (start, threads) = (Instant::now(), args.threads.get());
     let (answer, trace) = if args.pictures.are_requested() {
         locate_traced(&store, &frame, &request, threads).map(|(answer, trace)| (answer, Some(trace)))?
@@ -111,15 +99,24 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 impl Args {
-    fn position(&self) -> Result<PositionPrior, Failure> {
-        let (Some(latitude_deg), Some(longitude_deg), Some(sigma_m)) =
-            (self.latitude_deg, self.longitude_deg, self.sigma_m)
-        else {
-            return Ok(PositionPrior::WholeLayer);
-        };
-        let centre =
-            Geodetic::from_degrees(latitude_deg, longitude_deg).map_err(|e| Failure::unusable("bad_position", e))?;
-        Ok(PositionPrior::Gaussian { centre, sigma_east_m: sigma_m, sigma_north_m: sigma_m, correlation: 0.0 })
+    /// The flags as the library takes them; the library checks the values.
+    fn parameters(&self) -> Result<FixParameters, Failure> {
+        let view = self.viewpoint.parameters()?;
+        if view.gsd_m_per_px.is_none() && view.height_m.is_none() {
+            let reason = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera";
+            return Err(Failure::unusable("no_scale", anyhow::anyhow!(reason)));
+        }
+        Ok(FixParameters {
+            latitude_deg: self.latitude_deg,
+            longitude_deg: self.longitude_deg,
+            sigma_m: self.sigma_m,
+            heading_deg: self.heading_deg,
+            heading_sigma_deg: self.heading_deg.map(|_| self.heading_sigma_deg),
+            view,
+            height_sigma_ratio: Some(self.height_sigma_ratio),
+            time_s: self.time_s,
+            ..FixParameters::default()
+        })
     }
 }
 

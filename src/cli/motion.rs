@@ -46,7 +46,7 @@ struct MotionLine<'a> {
 
 /// Runs the command; exit code 3 if the frames cannot be registered.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let view = args.viewpoint.view()?;
+    let view = args.viewpoint.parameters()?.view()?;
     let (a, b) = (read_frame(&args.a)?, read_frame(&args.b)?);
     let gsd_m_per_px = view.map(|view| gsd(&view, &a)).transpose()?;
     let asked = Instant::now();

@@ -1,4 +1,4 @@
-//! Numbers on the command line: finite, and in range, or named in clap's own complaint.
+//! Parsers of numbers on the command line. The domains of requests are checked by the library.
 
 fn finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -7,32 +7,17 @@ fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Greater than zero.
+/// Parses a finite number greater than zero.
 pub fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) })
 }
 
-/// Degrees in [-90, 90].
-pub fn latitude_deg(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|v| if v.abs() <= 90.0 { Ok(v) } else { Err("must lie in [-90, 90]".into()) })
-}
-
-/// Degrees in [-360, 360].
-pub fn turn_deg(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|v| if v.abs() <= 360.0 { Ok(v) } else { Err("must lie in [-360, 360]".into()) })
-}
-
-/// Degrees off nadir in (-90, 90).
-pub fn tilt_deg(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|v| if v.abs() < 90.0 { Ok(v) } else { Err("must lie in (-90, 90)".into()) })
-}
-
-/// A share in [0, 1].
+/// Parses a share in [0, 1].
 pub fn share(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must lie in [0, 1]".into()) })
 }
 
-/// Bytes of memory: a number with its unit (`128MB`, `1GB`, `1.5GB`), or megabytes where it has none.
+/// Parses bytes of memory: a number with its unit (`128MB`, `1GB`, `1.5GB`), or megabytes without a unit.
 pub fn memory_bytes(text: &str) -> Result<u64, String> {
     let lower = text.trim().to_ascii_lowercase();
     let (number, unit) = match ["gb", "mb", "kb"].into_iter().find_map(|unit| Some((lower.strip_suffix(unit)?, unit))) {
@@ -43,18 +28,18 @@ pub fn memory_bytes(text: &str) -> Result<u64, String> {
     };
     let bytes =
         positive(number.trim_end()).map_err(|e| format!("{e}; expected megabytes, or as in 128MB or 1GB"))? * unit;
-    if (LEAST_MEMORY_BYTES..1e15).contains(&bytes) { Ok(bytes as u64) } else { Err("expected 32MB at least".into()) }
+    if (LEAST_MEMORY_BYTES..1e15).contains(&bytes) { Ok(bytes as u64) } else { Err("expected at least 32MB".into()) }
 }
 
-/// A service with less could not search.
+/// The least memory with which a service can search.
 const LEAST_MEMORY_BYTES: f64 = 32e6;
 
-/// Any finite number.
+/// Parses any finite number.
 pub fn any(text: &str) -> Result<f64, String> {
     finite(text)
 }
 
-/// Source values shown as 0 and 255: LO,HI.
+/// Parses the sample values shown as 0 and 255: LO,HI.
 pub fn stretch(text: &str) -> Result<(f64, f64), String> {
     let expected = "two numbers LO,HI, as in 0,4000";
     let (low, high) = text.split_once(',').ok_or(expected)?;

@@ -7,7 +7,13 @@ use overfly_store::StoreRemedy;
 pub fn locate_remedy(error: &LocateError) -> Option<&'static str> {
     match error {
         LocateError::Store(error) => error.remedy().map(spell),
-        _ => None,
+        LocateError::MemoryLimit { .. } => Some("`overfly serve --memory SIZE` allows more"),
+        LocateError::Camera(_)
+        | LocateError::Parameter { .. }
+        | LocateError::Missing { .. }
+        | LocateError::Conflict { .. }
+        | LocateError::Cancelled
+        | LocateError::TooWide { .. } => None,
     }
 }
 

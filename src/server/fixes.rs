@@ -1,8 +1,7 @@
 //! `POST /v1/fixes`: runs one absolute registration.
 
-use super::dto::AnswerJson;
+use super::dto::{AnswerJson, FixParametersJson};
 use super::error::ServerError;
-use super::fix_parameters::FixParameters;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
@@ -12,7 +11,7 @@ use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
-use overfly_flight::locate::{candidates::default_layer, locate_cancellable};
+use overfly_flight::locate::{FixParameters, candidates::default_layer, locate_cancellable};
 use std::time::Instant;
 
 /// The form of a fix.
@@ -23,7 +22,7 @@ pub(super) struct FixForm {
     #[schema(value_type = String, format = Binary)]
     image: Vec<u8>,
     /// What is known of the frame, as JSON.
-    request: FixParameters,
+    request: FixParametersJson,
 }
 
 /// Locates a camera frame on the map.
@@ -45,7 +44,7 @@ pub(super) async fn post(
     multipart: Result<Multipart, MultipartRejection>,
 ) -> Result<Json<AnswerJson>, ServerError> {
     let mut form = Form::read(&state, &headers, multipart, &["image", "request"]).await?;
-    let parameters: FixParameters = form.json("request")?;
+    let parameters: FixParametersJson = form.json("request")?;
     let bytes = form.take("image")?;
     let work = state.work.clone();
     let answer = work
@@ -54,7 +53,7 @@ pub(super) async fn post(
                 Some(name) => state.store.layer(name)?,
                 None => default_layer(&state.store)?,
             };
-            let request = parameters.request(&layer.name)?;
+            let request = FixParameters::from(&parameters).request(&layer.name)?;
             let frame = state.limits.frame("image", &bytes)?;
             let start = Instant::now();
             let answer = locate_cancellable(&state.store, &frame, &request, state.limits.threads, cancellation)?;

@@ -27,7 +27,6 @@ mod exports;
 #[cfg(not(feature = "preflight"))]
 #[path = "no_exports.rs"]
 mod exports;
-mod fix_parameters;
 mod fixes;
 mod form;
 mod form_error;

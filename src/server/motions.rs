@@ -2,7 +2,6 @@
 
 use super::dto::{MotionParameters, MotionReply};
 use super::error::ServerError;
-use super::fix_parameters::stated_view;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
@@ -12,7 +11,7 @@ use axum::Json;
 use axum::extract::multipart::MultipartRejection;
 use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
-use overfly_core::camera::Camera;
+use overfly_core::camera::{Camera, View};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{MotionPrior, register};
 use overfly_flight::locate::LocateError;
@@ -50,7 +49,7 @@ pub(super) async fn post(
 ) -> Result<Json<MotionReply>, ServerError> {
     let mut form = Form::read(&state, &headers, multipart, &["image_a", "image_b", "request"]).await?;
     let parameters: MotionParameters = form.json("request")?;
-    stated_view(parameters.gsd_m_per_px, parameters.height_m, parameters.camera.as_ref())?;
+    let view = parameters.view().view()?;
     let (bytes_a, bytes_b) = (form.take("image_a")?, form.take("image_b")?);
     let limits = state.limits;
     let reply = state
@@ -58,7 +57,7 @@ pub(super) async fn post(
         .run(WorkClass::Registration, move || -> Result<MotionReply, ServerError> {
             let a = limits.frame("image_a", &bytes_a)?;
             let b = limits.frame("image_b", &bytes_b)?;
-            let gsd_m_per_px = gsd_m_per_px(&parameters, &a)?;
+            let gsd_m_per_px = view.map(|view| gsd_m_per_px(&view, &a)).transpose()?;
             let start = Instant::now();
             let answer = register(&a, &b, &MotionPrior::default());
             let elapsed_ms = start.elapsed().as_micros() as f64 / 1e3;
@@ -68,12 +67,8 @@ pub(super) async fn post(
     Ok(Json(reply))
 }
 
-/// Ground sample distance of image a, if its scale is given.
-fn gsd_m_per_px(parameters: &MotionParameters, a: &Gray) -> Result<Option<f64>, ServerError> {
-    let Some(view) = stated_view(parameters.gsd_m_per_px, parameters.height_m, parameters.camera.as_ref())? else {
-        return Ok(None);
-    };
+/// Ground sample distance of image a.
+fn gsd_m_per_px(view: &View, a: &Gray) -> Result<f64, LocateError> {
     let size = |n: usize| u32::try_from(n).expect("frames are bounded");
-    let camera = Camera::new(&view, size(a.width_px()), size(a.height_px())).map_err(LocateError::from)?;
-    Ok(Some(camera.gsd_m_per_px()))
+    Ok(Camera::new(view, size(a.width_px()), size(a.height_px()))?.gsd_m_per_px())
 }

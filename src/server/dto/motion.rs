@@ -2,7 +2,9 @@
 
 use super::intrinsics::IntrinsicsJson;
 use crate::ground_motion::GroundMotion;
+use overfly_core::camera::Intrinsics;
 use overfly_core::registration::relative::{Motion, MotionAnswer, NoMotionReason};
+use overfly_flight::locate::ViewParameters;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -87,6 +89,15 @@ pub(crate) struct MotionJson {
     matches: usize,
     /// log10 of the number of equally large agreements expected by chance in a pair of frames (a contrario).
     log10_false_alarms: f64,
+}
+
+impl MotionParameters {
+    /// How image a was taken; the library checks the values.
+    pub fn view(&self) -> ViewParameters {
+        let camera = self.camera.as_ref().map(Intrinsics::from);
+        let Self { gsd_m_per_px, height_m, .. } = *self;
+        ViewParameters { gsd_m_per_px, height_m, camera, ..ViewParameters::default() }
+    }
 }
 
 impl MotionReply {
