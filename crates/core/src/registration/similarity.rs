@@ -83,11 +83,6 @@ impl Precision {
         }
     }
 
-    /// The precision of a similarity of which nothing is known: infinite variances.
-    pub fn unknown() -> Self {
-        Self { centre_px2: Matrix2::identity() * f64::INFINITY, turn_rad2: f64::INFINITY, log_scale2: f64::INFINITY }
-    }
-
     /// The same precision where the pixels of a are `of_a` times as wide.
     pub fn in_pixels(&self, of_a: f64) -> Self {
         Self { centre_px2: self.centre_px2 / (of_a * of_a), ..*self }

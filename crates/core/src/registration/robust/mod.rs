@@ -1,8 +1,8 @@
 //! Robust estimation of a similarity from point matches, most of which may be wrong.
 //!
 //! [`estimate`] tests hypotheses (all pairs of matches, or RANSAC), refines the one with the largest consensus by least
-//! squares over its inliers, and reports how. What a match is, and what else it knows beside its two points, is told by an
-//! implementation of [`Observations`].
+//! squares over its inliers, and reports the search. An implementation of [`Observations`] supplies the matches and what is
+//! known of each beside its two points.
 
 mod estimate;
 mod least_squares;
