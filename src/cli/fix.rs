@@ -9,12 +9,11 @@ use crate::cli::pictures::Pictures;
 use crate::cli::threads::default_threads;
 use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
-use overfly_core::geodesy::EnuCovariance;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
 use overfly_flight::locate::{Answer, FixParameters, locate, locate_traced};
 use overfly_store::Reader;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 const HELP: &str = "\
 A prior position and heading make the search small and fast. The scale is always needed, either as --gsd-m-per-px or as
@@ -89,12 +88,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     } else {
         (locate(&store, &frame, &request, threads)?, None)
     };
-    let elapsed = start.elapsed();
+    let elapsed_ms = start.elapsed().as_micros() as f64 / 1e3;
     let answer = answer.for_original(reduction);
     if let Some(trace) = &trace {
         args.pictures.write(&store, &args.image, &request, &answer, trace, output)?;
     }
-    output.say(&AnswerJson::new(answer.clone(), elapsed), || text(&answer, elapsed));
+    output.say(&AnswerJson::new(answer.clone(), elapsed_ms), || text(&answer, elapsed_ms));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }
 
@@ -120,21 +119,20 @@ impl Args {
     }
 }
 
-fn text(answer: &Answer, elapsed: Duration) -> String {
-    let elapsed_ms = elapsed.as_secs_f64() * 1e3;
+fn text(answer: &Answer, elapsed_ms: f64) -> String {
     match answer {
         Answer::Fix(f) => {
-            let ellipse = EnuCovariance::from(f.covariance_m2).ellipse();
+            let ellipse = f.covariance.ellipse();
             format!(
                 "fix        {:.7} {:.7} (degrees, straight below the camera)\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
                  heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
                  false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
-                f.latitude_deg,
-                f.longitude_deg,
+                f.position.latitude_deg(),
+                f.position.longitude_deg(),
                 ellipse.semi_major_m,
                 ellipse.semi_minor_m,
-                f.heading_deg,
-                f.heading_sigma_deg,
+                f.heading.degrees(),
+                f.heading_sigma_rad.to_degrees(),
                 f.gsd_m_per_px,
                 100.0 * f.scale_sigma_ratio,
                 f.score,

@@ -57,7 +57,7 @@ pub(super) async fn post(
             let frame = state.limits.frame("image", &bytes)?;
             let start = Instant::now();
             let answer = locate_cancellable(&state.store, &frame, &request, state.limits.threads, cancellation)?;
-            Ok(AnswerJson::new(answer, start.elapsed()))
+            Ok(AnswerJson::new(answer, start.elapsed().as_micros() as f64 / 1e3))
         })
         .await??;
     Ok(Json(answer))

@@ -183,8 +183,7 @@ fn searches_inside_the_corridor_answer_as_over_the_full_store_and_outside_say_so
             outside += 1;
         }
         if let Answer::Fix(fix) = &answer {
-            let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).unwrap();
-            assert!(near.enu_from_geodetic(at).length_m() < 5.0, "{}: a wrong fix", path.display());
+            assert!(near.enu_from_geodetic(fix.position).length_m() < 5.0, "{}: a wrong fix", path.display());
         }
     }
     assert!(inside >= 5 && outside >= 3, "{inside} inside, {outside} outside");
@@ -452,9 +451,8 @@ fn no_injury_is_missed_and_no_answer_is_wrong_after_one() {
         };
         // A fix over what is left is the right one, or there is none.
         if let (0, Ok(Answer::Fix(fix))) = (count % 5, locate(&onboard.store, &frame, &asked, 2)) {
-            let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).unwrap();
             fixes += 1;
-            if LocalFrame::at(truth).enu_from_geodetic(at).length_m() > 5.0 {
+            if LocalFrame::at(truth).enu_from_geodetic(fix.position).length_m() > 5.0 {
                 tally.failures.push(format!("a wrong fix: {fix:?}"));
             }
         }

@@ -92,7 +92,7 @@ fn an_unknown_heading_is_found() {
         RecordedFlight::read(&project("tiles/flight")).unwrap().frames[5].true_heading_rad.unwrap().to_degrees();
     let request = FixRequest { heading: None, ..request };
     let Answer::Fix(fix) = locate(drawn(), &frame, &request, 2).unwrap() else { panic!("no fix") };
-    let off = (fix.heading_deg - truth + 180.0).rem_euclid(360.0) - 180.0;
+    let off = (fix.heading.degrees() - truth + 180.0).rem_euclid(360.0) - 180.0;
     assert!(off.abs() < 1.0, "{off}");
 }
 

@@ -78,7 +78,7 @@ fn every_mode_comes_back_from_troubles() {
 #[test]
 fn a_replay_is_the_same_whatever_the_threads() {
     let told = |outcomes: &[FlyOutcome]| -> Vec<String> {
-        outcomes.iter().map(|o| format!("{:?} {:?}", o.position.position, o.position.covariance_m2)).collect()
+        outcomes.iter().map(|o| format!("{:?} {:?}", o.position.position, o.position.covariance)).collect()
     };
     let clouded = || Disturbances { cloud_share: 0.2, seed: 4, ..Default::default() };
     assert_eq!(told(&flown(Mode::Parallel, clouded(), 1)), told(&flown(Mode::Parallel, clouded(), 2)));

@@ -38,10 +38,7 @@ fn noise(x: usize, y: usize) -> f32 {
 /// How far off a fix is, metres; `None` without one.
 fn error_m(gray: &Gray, request: &FixRequest, truth: Geodetic) -> Option<f64> {
     match locate(drawn_store(), gray, request, 2).unwrap() {
-        Answer::Fix(fix) => {
-            let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).unwrap();
-            Some(LocalFrame::at(truth).enu_from_geodetic(at).length_m())
-        }
+        Answer::Fix(fix) => Some(LocalFrame::at(truth).enu_from_geodetic(fix.position).length_m()),
         Answer::NoFix(_) => None,
     }
 }

@@ -1,8 +1,8 @@
 //! `AnswerJson`: a fix, or no fix and why.
 
-use overfly_flight::locate::{Answer, Fix, NoFix, Point, Reason};
+use overfly_core::geodesy::Geodetic;
+use overfly_flight::locate::{Answer, Fix, NoFix, Reason};
 use serde::Serialize;
-use std::time::Duration;
 use utoipa::ToSchema;
 
 /// A fix, or no fix with the reason. `status` is "fix" or "no_fix".
@@ -111,9 +111,8 @@ pub(crate) enum ReasonJson {
 }
 
 impl AnswerJson {
-    /// Makes the reply of an answer that took some time.
-    pub(crate) fn new(answer: Answer, elapsed: Duration) -> Self {
-        let elapsed_ms = elapsed.as_micros() as f64 / 1e3;
+    /// Makes the reply of an answer that took `elapsed_ms` milliseconds.
+    pub(crate) fn new(answer: Answer, elapsed_ms: f64) -> Self {
         match answer {
             Answer::Fix(fix) => Self::Fix(FixJson::new(fix, elapsed_ms)),
             Answer::NoFix(no_fix) => Self::NoFix(NoFixJson::new(no_fix, elapsed_ms)),
@@ -121,22 +120,22 @@ impl AnswerJson {
     }
 }
 
-impl From<Point> for PointJson {
-    fn from(point: Point) -> Self {
-        Self { latitude_deg: point.latitude_deg, longitude_deg: point.longitude_deg }
+impl From<Geodetic> for PointJson {
+    fn from(point: Geodetic) -> Self {
+        Self { latitude_deg: point.latitude_deg(), longitude_deg: point.longitude_deg() }
     }
 }
 
 impl FixJson {
     fn new(fix: Fix, elapsed_ms: f64) -> Self {
         Self {
-            latitude_deg: fix.latitude_deg,
-            longitude_deg: fix.longitude_deg,
-            heading_deg: fix.heading_deg,
-            heading_sigma_deg: fix.heading_sigma_deg,
+            latitude_deg: fix.position.latitude_deg(),
+            longitude_deg: fix.position.longitude_deg(),
+            heading_deg: fix.heading.degrees(),
+            heading_sigma_deg: fix.heading_sigma_rad.to_degrees(),
             gsd_m_per_px: fix.gsd_m_per_px,
             scale_sigma_ratio: fix.scale_sigma_ratio,
-            covariance_m2: fix.covariance_m2,
+            covariance_m2: fix.covariance.into(),
             score: fix.score,
             false_fix_probability: fix.false_fix_probability,
             log10_false_alarms: fix.log10_false_alarms,

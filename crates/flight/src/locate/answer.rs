@@ -1,10 +1,10 @@
 //! `Answer`: a fix, or no fix and why.
 
-use serde::{Deserialize, Serialize};
+use overfly_core::geodesy::{EnuCovariance, Geodetic, Heading};
+use serde::Serialize;
 
-/// A fix, or no fix and why. In JSON `status` is "fix" or "no_fix".
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "status", rename_all = "snake_case")]
+/// A fix, or no fix and why.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// The frame was located.
     Fix(Fix),
@@ -12,32 +12,21 @@ pub enum Answer {
     NoFix(NoFix),
 }
 
-/// A position on the ground, degrees.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    /// Degrees north.
-    pub latitude_deg: f64,
-    /// Degrees east.
-    pub longitude_deg: f64,
-}
-
 /// Where the camera was when the frame was taken.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
-    /// Latitude of the nadir, degrees north.
-    pub latitude_deg: f64,
-    /// Longitude of the nadir, degrees east.
-    pub longitude_deg: f64,
-    /// Azimuth of the image's upper edge, degrees clockwise from true north, [0, 360).
-    pub heading_deg: f64,
-    /// One standard deviation of the heading, degrees.
-    pub heading_sigma_deg: f64,
+    /// The nadir: the point straight below the camera.
+    pub position: Geodetic,
+    /// Azimuth of the image's upper edge.
+    pub heading: Heading,
+    /// One standard deviation of the heading, radians.
+    pub heading_sigma_rad: f64,
     /// Ground sample distance of the frame as measured, metres per pixel.
     pub gsd_m_per_px: f64,
     /// One standard deviation of the scale, as a ratio.
     pub scale_sigma_ratio: f64,
-    /// Covariance of the nadir, m^2: [[east-east, east-north], [east-north, north-north]]; the map's own error is included.
-    pub covariance_m2: [[f64; 2]; 2],
+    /// Covariance of the nadir; the map's own error is included.
+    pub covariance: EnuCovariance,
     /// z-score of the correlation peak: its height in standard deviations of the correlation surface.
     pub score: f64,
     /// Probability that a fix with this evidence is wrong.
@@ -45,7 +34,7 @@ pub struct Fix {
     /// log10 of the number of false alarms with this evidence expected by chance in a search of this size.
     pub log10_false_alarms: Option<f64>,
     /// The ground point at the centre of the image.
-    pub image_centre: Point,
+    pub image_centre: Geodetic,
     /// Number of local windows that agree.
     pub inliers: usize,
     /// Number of base tiles whose imagery was searched.
@@ -59,7 +48,7 @@ pub struct Fix {
 }
 
 /// Why the frame was not located.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct NoFix {
     /// The reason, a stable word.
     pub reason: Reason,
@@ -89,7 +78,7 @@ impl Answer {
 }
 
 /// Why there is no fix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// The search region contains no map.

@@ -1,13 +1,13 @@
 //! The last stage of a registration: from the verdict to the answer.
 
-use super::answer::{Answer, Fix, NoFix, Point, Reason};
+use super::answer::{Answer, Fix, NoFix, Reason};
 use super::area::extent_m;
 use super::refusal::Refusal;
 use super::search_context::SearchContext;
 use super::verify::{Verdict, VerifiedPlace};
 use overfly_core::camera::Camera;
 use overfly_core::coupling::nominal_count_sequential;
-use overfly_core::geodesy::{BodyFrame, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, EnuCovariance, Geodetic, Heading, LocalFrame};
 use overfly_core::tile::{TileId, gsd_at};
 use overfly_store::{Footprint, StoreError};
 
@@ -100,18 +100,19 @@ fn fix(
     let (ge, gn) = (gsd.east_m_per_px, gsd.north_m_per_px);
     let common_m = (COMMON_SHIFT_SHARE * fit.rms_px * gsd.mean_m_per_px()).min(MAX_COMMON_SHIFT_M);
     let common_m2 = map_error_m.powi(2) + common_m.powi(2);
-    let covariance_m2 = [
-        [c[(0, 0)] * ge * ge + common_m2, -c[(0, 1)] * ge * gn],
-        [-c[(0, 1)] * ge * gn, c[(1, 1)] * gn * gn + common_m2],
-    ];
+    // East runs with the map's columns, north against its rows.
+    let covariance = EnuCovariance {
+        ee_m2: c[(0, 0)] * ge * ge + common_m2,
+        en_m2: -c[(0, 1)] * ge * gn,
+        nn_m2: c[(1, 1)] * gn * gn + common_m2,
+    };
     Ok(Fix {
-        latitude_deg: nadir.latitude_deg(),
-        longitude_deg: nadir.longitude_deg(),
-        heading_deg: pose.heading_rad.to_degrees().rem_euclid(360.0),
-        heading_sigma_deg: c[(3, 3)].sqrt().to_degrees(),
+        position: nadir,
+        heading: Heading::from_radians(pose.heading_rad),
+        heading_sigma_rad: c[(3, 3)].sqrt(),
         gsd_m_per_px: camera.gsd_m_per_px(),
         scale_sigma_ratio: c[(2, 2)].sqrt(),
-        covariance_m2,
+        covariance,
         score: place.peak_z_score,
         false_fix_probability: 10f64.powf(place.log10_false_alarms).clamp(MIN_FALSE_FIX_PROBABILITY, 1.0),
         log10_false_alarms: Some(place.log10_false_alarms),
@@ -129,9 +130,8 @@ fn footprint_at(context: &SearchContext<'_>, point: Geodetic) -> Result<Option<F
     context.store.footprint(context.layer, tile)
 }
 
-fn image_centre(camera: &Camera, nadir: Geodetic, heading_rad: f64) -> Point {
+fn image_centre(camera: &Camera, nadir: Geodetic, heading_rad: f64) -> Geodetic {
     let centre = camera.image_centre_in_body().unwrap_or_default();
     let enu = BodyFrame::from_heading_rad(heading_rad).enu_from_body(centre);
-    let point = LocalFrame::at(nadir).geodetic_from_enu(enu).unwrap_or(nadir);
-    Point { latitude_deg: point.latitude_deg(), longitude_deg: point.longitude_deg() }
+    LocalFrame::at(nadir).geodetic_from_enu(enu).unwrap_or(nadir)
 }

@@ -33,7 +33,7 @@ mod trace;
 mod verify;
 mod wide;
 
-pub use answer::{Answer, Fix, NoFix, Point, Reason};
+pub use answer::{Answer, Fix, NoFix, Reason};
 pub use camera_pose::CameraPose;
 pub use cancellation::CancellationToken;
 pub use error::LocateError;

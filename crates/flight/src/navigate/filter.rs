@@ -11,8 +11,9 @@
 use super::error::FilterError;
 use super::measurements::{FixMeasurement, OdometryStep, SensorReading, SensorSigmas};
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen};
-use overfly_core::geodesy::{Enu, GeodesyError, Geodetic, LocalFrame};
-use std::f64::consts::{PI, TAU};
+use overfly_core::geodesy::{
+    BodyFrame, BodyOffset, Enu, EnuCovariance, GeodesyError, Geodetic, Heading, LocalFrame, wrap_turn_rad,
+};
 
 type State = SVector<f64, 6>;
 type StateCovariance = SMatrix<f64, 6, 6>;
@@ -122,15 +123,15 @@ impl NavigationFilter {
         self.origin
     }
 
-    /// Covariance of the position, m^2: [[ee, en], [en, nn]].
-    pub fn position_covariance_m2(&self) -> [[f64; 2]; 2] {
+    /// Covariance of the position.
+    pub fn position_covariance(&self) -> EnuCovariance {
         let p = &self.covariance;
-        [[p[(EAST, EAST)], p[(EAST, NORTH)]], [p[(NORTH, EAST)], p[(NORTH, NORTH)]]]
+        EnuCovariance { ee_m2: p[(EAST, EAST)], en_m2: p[(EAST, NORTH)], nn_m2: p[(NORTH, NORTH)] }
     }
 
-    /// Heading, radians clockwise from true north in [0, 2 pi).
-    pub fn heading_rad(&self) -> f64 {
-        self.state[HEADING].rem_euclid(TAU)
+    /// Heading.
+    pub fn heading(&self) -> Heading {
+        Heading::from_radians(self.state[HEADING])
     }
 
     /// One standard deviation of the heading, radians.
@@ -170,8 +171,9 @@ impl NavigationFilter {
     pub fn predict_odometry(&mut self, step: &OdometryStep) -> Result<(), FilterError> {
         let (sin, cos) = self.state[HEADING].sin_cos();
         let height = self.height_m();
-        let [right, ahead] = step.per_height.map(|v| v * height);
-        let (east, north) = (right * cos + ahead * sin, ahead * cos - right * sin);
+        let [right_m, ahead_m] = step.per_height.map(|v| v * height);
+        let Enu { east_m: east, north_m: north } =
+            BodyFrame::from_heading_rad(self.state[HEADING]).enu_from_body(BodyOffset { right_m, ahead_m });
         let mut jacobian = StateCovariance::identity();
         // Turning clockwise takes east to south: d(east) = north d(heading), d(north) = -east d(heading).
         jacobian[(EAST, HEADING)] = north;
@@ -238,7 +240,7 @@ impl NavigationFilter {
         h[(1, ALTIMETER)] = 1.0;
         let turn = reading.heading_rad - self.state[HEADING] - self.state[COMPASS];
         let innovation = SVector::<f64, 2>::new(
-            (turn + PI).rem_euclid(TAU) - PI,
+            wrap_turn_rad(turn),
             reading.height_m.ln() - self.state[LOG_HEIGHT] - self.state[ALTIMETER],
         );
         let noise = Matrix2::new(sigmas.heading_noise_rad.powi(2), 0.0, 0.0, sigmas.height_noise_ratio.powi(2));
@@ -256,9 +258,7 @@ impl NavigationFilter {
     /// [`FilterError::SingularInnovation`].
     pub fn fix_residual(&self, fix: &FixMeasurement, gate: Gate) -> Result<Residual, FilterError> {
         let off = LocalFrame::at(self.origin).enu_from_geodetic(fix.position);
-        let [[ee, en], [ne, nn]] = self.position_covariance_m2();
-        let [[fee, fen], [fne, fnn]] = fix.covariance_m2;
-        let covariance = Matrix2::new(ee + fee, en + fen, ne + fne, nn + fnn);
+        let covariance = self.covariance.fixed_view::<2, 2>(0, 0) + fix.covariance.to_matrix();
         let innovation = SVector::<f64, 2>::new(off.east_m, off.north_m);
         residual(innovation, covariance, gate).ok_or(FilterError::SingularInnovation { measurement: "fix" })
     }
@@ -273,18 +273,13 @@ impl NavigationFilter {
         if !residual.is_accepted {
             return Ok(residual);
         }
-        let turn = fix.heading_rad - self.state[HEADING];
+        let turn = fix.heading.radians() - self.state[HEADING];
         let [east_m, north_m] = residual.innovation;
-        let innovation = SVector::<f64, 4>::new(
-            east_m,
-            north_m,
-            (turn + PI).rem_euclid(TAU) - PI,
-            fix.log_height - self.state[LOG_HEIGHT],
-        );
+        let innovation =
+            SVector::<f64, 4>::new(east_m, north_m, wrap_turn_rad(turn), fix.log_height - self.state[LOG_HEIGHT]);
         let h = SMatrix::<f64, 4, 6>::identity();
         let mut noise = SMatrix::<f64, 4, 4>::zeros();
-        let [[ee, en], [ne, nn]] = fix.covariance_m2;
-        let fix_covariance = Matrix2::new(ee, en, ne, nn);
+        let fix_covariance = fix.covariance.to_matrix();
         noise.fixed_view_mut::<2, 2>(0, 0).copy_from(&fix_covariance);
         noise[(2, 2)] = fix.heading_sigma_rad.max(LEAST_TURN_SIGMA_RAD).powi(2);
         noise[(3, 3)] = fix.log_height_sigma.max(LEAST_SCALE_SIGMA).powi(2);

@@ -1,7 +1,7 @@
 //! The measurements of the navigation filter: sensor readings, visual odometry, fixes.
 
 use nalgebra::Matrix2;
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{EnuCovariance, Geodetic, Heading};
 
 /// The readings of compass and altimeter at one image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,10 +48,10 @@ pub struct OdometryStep {
 pub struct FixMeasurement {
     /// The point straight below the camera.
     pub position: Geodetic,
-    /// Covariance of the position, m^2: [[ee, en], [en, nn]].
-    pub covariance_m2: [[f64; 2]; 2],
-    /// Heading, radians clockwise from true north.
-    pub heading_rad: f64,
+    /// Covariance of the position.
+    pub covariance: EnuCovariance,
+    /// Heading.
+    pub heading: Heading,
     /// One standard deviation of the heading, radians.
     pub heading_sigma_rad: f64,
     /// Natural logarithm of the height above ground in metres.

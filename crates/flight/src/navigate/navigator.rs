@@ -202,9 +202,9 @@ impl<'a> Navigator<'a> {
             time_s: image.time_s,
             source: if is_absolute { PositionSource::Absolute } else { PositionSource::Propagated },
             position: self.filter.position(),
-            heading_rad: self.filter.heading_rad(),
+            heading_rad: self.filter.heading().radians(),
             heading_sigma_rad: self.filter.heading_sigma_rad(),
-            covariance_m2: self.filter.position_covariance_m2(),
+            covariance: self.filter.position_covariance(),
             height_scale: self.filter.height_scale(),
             height_scale_sigma_ratio: self.filter.height_scale_sigma_ratio(),
             fix_age_s: fix_time_s.map(|s| image.time_s - s),
@@ -338,10 +338,10 @@ impl<'a> Navigator<'a> {
 fn measurement(fix: &Fix, image: &FlightImage) -> Result<FixMeasurement, NavigateError> {
     let gsd_per_height = image.camera(1.0)?.gsd_m_per_px();
     Ok(FixMeasurement {
-        position: Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)?,
-        covariance_m2: fix.covariance_m2,
-        heading_rad: fix.heading_deg.to_radians(),
-        heading_sigma_rad: fix.heading_sigma_deg.to_radians(),
+        position: fix.position,
+        covariance: fix.covariance,
+        heading: fix.heading,
+        heading_sigma_rad: fix.heading_sigma_rad,
         log_height: (fix.gsd_m_per_px / gsd_per_height).ln(),
         log_height_sigma: fix.scale_sigma_ratio,
     })

@@ -1,7 +1,7 @@
 //! `Position`: the navigator's output for one image.
 
 use crate::locate::Fix;
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use serde::Serialize;
 
 /// Where a position comes from.
@@ -37,8 +37,8 @@ pub struct Position {
     pub heading_rad: f64,
     /// One standard deviation of the heading, radians.
     pub heading_sigma_rad: f64,
-    /// Covariance of the position, m^2: [[ee, en], [en, nn]].
-    pub covariance_m2: [[f64; 2]; 2],
+    /// Covariance of the position.
+    pub covariance: EnuCovariance,
     /// True height over the altimeter's reading, as estimated from fixes; the error of the nominal focal length is included.
     pub height_scale: f64,
     /// One standard deviation of [`Position::height_scale`], as a ratio.

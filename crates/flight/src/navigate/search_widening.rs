@@ -3,6 +3,7 @@
 use super::filter::NavigationFilter;
 use super::flight_image::FlightImage;
 use crate::locate::{FixRequest, HeadingPrior, PositionPrior, Reason};
+use overfly_core::geodesy::EnuCovariance;
 use std::f64::consts::PI;
 
 /// Factor by which each consecutive failure after the first widens the region.
@@ -51,7 +52,7 @@ impl SearchWidening {
                 around(at, widening)
             },
             heading: (3.0 * heading_sigma < PI)
-                .then(|| HeadingPrior { heading_rad: at.heading_rad(), sigma_rad: heading_sigma }),
+                .then(|| HeadingPrior { heading_rad: at.heading().radians(), sigma_rad: heading_sigma }),
             view: image.view(at.height_m()),
             scale_sigma_ratio: (widening * at.height_sigma_ratio())
                 .clamp(MIN_HEIGHT_SIGMA_RATIO, MAX_HEIGHT_SIGMA_RATIO),
@@ -61,7 +62,7 @@ impl SearchWidening {
 }
 
 fn around(at: &NavigationFilter, widening: f64) -> PositionPrior {
-    let [[ee, en], [_, nn]] = at.position_covariance_m2();
+    let EnuCovariance { ee_m2: ee, en_m2: en, nn_m2: nn } = at.position_covariance();
     let least = MIN_SIGMA_M.powi(2);
     let sigma = |variance: f64| widening * (variance + least).sqrt();
     PositionPrior::Gaussian {

@@ -3,7 +3,7 @@
 use super::filter::NavigationFilter;
 use super::measurements::SensorReading;
 use super::options::NavigateOptions;
-use overfly_core::geodesy::{Enu, LocalFrame, wrap_turn_rad};
+use overfly_core::geodesy::{Enu, EnuCovariance, LocalFrame, wrap_turn_rad};
 
 /// Speed over ground and drift angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,15 +37,15 @@ impl Velocity {
     /// The velocity measured between two filter states; `self` where they are too close together or the aircraft turned.
     pub fn measured(self, from: &NavigationFilter, to: &NavigationFilter, elapsed_s: f64) -> Self {
         let moved = LocalFrame::at(from.position()).enu_from_geodetic(to.position());
-        let [[ee, _], [_, nn]] = to.position_covariance_m2();
-        let turn = wrap_turn_rad(to.heading_rad() - from.heading_rad()).abs();
+        let EnuCovariance { ee_m2: ee, nn_m2: nn, .. } = to.position_covariance();
+        let turn = wrap_turn_rad(to.heading().radians() - from.heading().radians()).abs();
         let is_measurable = elapsed_s > 0.0 && moved.length_m() > 4.0 * ((ee + nn) / 2.0).sqrt().min(50.0);
         if !is_measurable || turn > MAX_TURN_RAD {
             return self;
         }
         let speed_mps = moved.length_m() / elapsed_s;
         let course = moved.east_m.atan2(moved.north_m);
-        let drift_angle_rad = wrap_turn_rad(course - mean_heading(from.heading_rad(), to.heading_rad()));
+        let drift_angle_rad = wrap_turn_rad(course - mean_heading(from.heading().radians(), to.heading().radians()));
         Self {
             speed_mps,
             speed_sigma_mps: SPEED_SIGMA_SHARE * speed_mps,
@@ -65,8 +65,8 @@ impl Velocity {
         min_turn_radius_m: f64,
     ) -> (Enu, f64) {
         let length_m = self.speed_mps * elapsed_s;
-        let course =
-            mean_heading(from.heading_rad(), reading.heading_rad - from.compass_offset_rad()) + self.drift_angle_rad;
+        let course = mean_heading(from.heading().radians(), reading.heading_rad - from.compass_offset_rad())
+            + self.drift_angle_rad;
         let moved = Enu { east_m: length_m * course.sin(), north_m: length_m * course.cos() };
         // The sagitta of the tightest arc, at most half the distance.
         let sideways_m = (length_m.powi(2) / (8.0 * min_turn_radius_m)).min(length_m / 2.0);

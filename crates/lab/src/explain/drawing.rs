@@ -2,7 +2,7 @@
 
 use super::map_picture::MapPicture;
 use super::picture::svg_over;
-use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, ErrorEllipse, Geodetic};
+use overfly_core::geodesy::{BodyFrame, Enu, ErrorEllipse};
 use overfly_core::tile::WorldPixel;
 use overfly_flight::locate::{Fix, TracedWindows};
 use std::fmt::Write;
@@ -58,7 +58,7 @@ pub struct DrawnEllipse {
 impl DrawnEllipse {
     /// Returns the ellipse of a fix, enlarged to be visible on pixels of a ground sample distance.
     pub fn new(fix: &Fix, gsd_m_per_px: f64) -> Self {
-        let ellipse = EnuCovariance::from(fix.covariance_m2).ellipse_95();
+        let ellipse = fix.covariance.ellipse_95();
         let fits = |n: &f64| n * ellipse.semi_major_m / gsd_m_per_px <= MAX_ELLIPSE_PX;
         Self { ellipse, times: [50.0, 20.0, 10.0, 5.0, 2.0].into_iter().find(fits).unwrap_or(1.0) }
     }
@@ -67,10 +67,9 @@ impl DrawnEllipse {
 /// The outline of the frame over the map, its upper edge bold, with the nadir and the enlarged 95 % ellipse.
 pub fn footprint(fix: &Fix, traced: &TracedWindows, map: &MapPicture) -> Option<String> {
     let gsd = traced.observation.gsd;
-    let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).ok()?;
-    let nadir = WorldPixel::from_geodetic(at, traced.pose.zoom).ok()?;
+    let nadir = WorldPixel::from_geodetic(fix.position, traced.pose.zoom).ok()?;
     let [x, y] = [nadir.x_px - map.corner[0] as f64, nadir.y_px - map.corner[1] as f64];
-    let frame = BodyFrame::from_heading_rad(fix.heading_deg.to_radians());
+    let frame = BodyFrame::from(fix.heading);
     let corners = traced.camera.footprint_in_body()?.map(|corner| {
         let Enu { east_m, north_m } = frame.enu_from_body(corner);
         [x + east_m / gsd.east_m_per_px, y - north_m / gsd.north_m_per_px]

@@ -37,9 +37,9 @@ fn summary(answer: &Answer, trace: &Trace) -> String {
     match answer {
         Answer::Fix(f) => format!(
             "Fix at {:.7}, {:.7}, heading {:.2} degrees, {:.4} m a pixel: {} windows agree, 10^{:.0} false alarms are expected by chance.",
-            f.latitude_deg,
-            f.longitude_deg,
-            f.heading_deg,
+            f.position.latitude_deg(),
+            f.position.longitude_deg(),
+            f.heading.degrees(),
             f.gsd_m_per_px,
             f.inliers,
             f.log10_false_alarms.unwrap_or(0.0)

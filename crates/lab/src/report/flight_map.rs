@@ -3,7 +3,7 @@
 use super::flight_report::{FlightReport, fix_of};
 use crate::trial::FixOutcome;
 use maud::{Markup, html};
-use overfly_core::geodesy::{EnuCovariance, ErrorEllipse, Geodetic};
+use overfly_core::geodesy::{ErrorEllipse, Geodetic};
 use overfly_flight::locate::Fix;
 
 /// The map, and how many times larger than true it draws the ellipses. `background` is the URL of the mosaic, which was shrunk by
@@ -26,7 +26,7 @@ pub fn map(report: &FlightReport, factor: f64, (width, height): (usize, usize), 
 
 /// The 95 % ellipse of a fix.
 fn ellipse_95(fix: &Fix) -> ErrorEllipse {
-    EnuCovariance::from(fix.covariance_m2).ellipse_95()
+    fix.covariance.ellipse_95()
 }
 
 /// The true track through points of the map.
@@ -78,10 +78,7 @@ impl Drawing<'_> {
             return html! {};
         };
         let half = self.report.prior_error_m * self.px_per_m(outcome.truth);
-        let place = fix_of(outcome).and_then(|fix| {
-            let point = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).ok()?;
-            Some((fix, self.at(point)?))
-        });
+        let place = fix_of(outcome).and_then(|fix| Some((fix, self.at(fix.position)?)));
         html! {
             g class="frame" id={ "frame-" (index) } {
                 g class="prior" {

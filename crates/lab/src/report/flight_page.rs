@@ -8,7 +8,7 @@ use super::gallery::gallery;
 use super::html::{Card, Page, cards, figure, number, with_unit};
 use crate::trial::{FixOutcome, RecordedFrame};
 use maud::{Markup, html};
-use overfly_core::geodesy::{CHI_SQUARE_95, EnuCovariance, Heading};
+use overfly_core::geodesy::{CHI_SQUARE_95, Heading};
 use overfly_flight::locate::Answer;
 
 const SCRIPT: &str = include_str!("report.js");
@@ -139,12 +139,12 @@ fn fix_cells(report: &FlightReport, outcome: &FixOutcome, frame: &RecordedFrame)
     let Some(fix) = fix_of(outcome) else { return html! {} };
     let error_m = outcome.error.map_or(f64::NAN, |e| e.length_m());
     let class = if error_m > report.score.right_m { "false" } else { "right" };
-    let ellipse = EnuCovariance::from(fix.covariance_m2).ellipse_95();
+    let ellipse = fix.covariance.ellipse_95();
     let (long, short) = (ellipse.semi_major_m, ellipse.semi_minor_m);
     let holds = if outcome.is_in_ellipse95() == Some(true) { "yes" } else { "no" };
     let heading = frame.true_heading_rad.map_or_else(String::new, |truth| {
-        let off = Heading::from_degrees(fix.heading_deg).turn_rad_from(Heading::from_radians(truth)).to_degrees();
-        format!("{off:+.2} (1σ {:.2})", fix.heading_sigma_deg)
+        let off = fix.heading.turn_rad_from(Heading::from_radians(truth)).to_degrees();
+        format!("{off:+.2} (1σ {:.2})", fix.heading_sigma_rad.to_degrees())
     });
     html! {
         td class=(class) { (class) }

@@ -2,13 +2,13 @@
 
 use super::chart::{BOUND, FALSE, INK, RIGHT, mesh, svg, time_range};
 use super::flight_report::{FlightReport, fix_of};
-use overfly_core::geodesy::{EnuCovariance, ErrorEllipse};
+use overfly_core::geodesy::ErrorEllipse;
 use overfly_flight::locate::Fix;
 use plotters::prelude::*;
 
 /// The 95 % ellipse of a fix.
 fn ellipse_95(fix: &Fix) -> ErrorEllipse {
-    EnuCovariance::from(fix.covariance_m2).ellipse_95()
+    fix.covariance.ellipse_95()
 }
 
 /// A plot of the error of every fix, east and north, each with its own 95 % ellipse, which should contain the cross.

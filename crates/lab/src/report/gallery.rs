@@ -4,7 +4,6 @@ use super::data_url::data_url;
 use super::flight_report::{FlightReport, fix_of};
 use maud::{Markup, html};
 use overfly_core::camera::Camera;
-use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Colour;
 
 /// The widest picture, pixels. A frame of many megapixels is shown small.
@@ -26,8 +25,7 @@ fn figure(report: &FlightReport, index: usize, colour: &Colour) -> Option<Markup
     let (width, height) = (colour.width_px(), colour.height_px());
     let shown_width = width.min(WIDTH_PX);
     let camera = camera.resized(shown_width, height * shown_width / width);
-    let nadir = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).ok()?;
-    let map = report.mosaic.seen_by(&camera, nadir, fix.heading_deg.to_radians());
+    let map = report.mosaic.seen_by(&camera, fix.position, fix.heading.radians());
     let error_m = outcome.error.map_or(f64::NAN, |e| e.length_m());
     Some(html! {
         figure class="pair" {

@@ -8,7 +8,6 @@ use super::replay_plots::{chronogram, errors, tiles};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
 use maud::{Markup, html};
-use overfly_core::geodesy::EnuCovariance;
 
 const WIDTH_PX: usize = 1200;
 
@@ -83,7 +82,7 @@ impl FlightMap<'_> {
         let [east, north] = self.mosaic.pixels_per_m(o.truth);
         let scale = (east * north).sqrt() / self.factor;
         let most = 2.0 * self.size.0 as f64;
-        let ellipse = EnuCovariance::from(o.position.covariance_m2).ellipse_95();
+        let ellipse = o.position.covariance.ellipse_95();
         let [long, short] = [ellipse.semi_major_m, ellipse.semi_minor_m].map(|a| tenth((a * scale).min(most)));
         let turn = rotation(-ellipse.semi_major_from_east_rad.to_degrees(), at);
         let colour = if o.position.fix_age_s == Some(0.0) { "#169688" } else { "#785abe" };

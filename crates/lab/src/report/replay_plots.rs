@@ -3,7 +3,6 @@
 use super::chart::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
-use overfly_core::geodesy::EnuCovariance;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -11,7 +10,7 @@ const PROPAGATED: RGBColor = RGBColor(120, 90, 190);
 
 /// A plot of the error of every position, and of three of its own standard deviations along the long axis.
 pub fn errors(flown: &ReplayedFlight) -> String {
-    let sigma_m = |o: &FlyOutcome| 3.0 * EnuCovariance::from(o.position.covariance_m2).ellipse().semi_major_m;
+    let sigma_m = |o: &FlyOutcome| 3.0 * o.position.covariance.ellipse().semi_major_m;
     let mut heights: Vec<f64> =
         flown.outcomes.iter().flat_map(|o| [o.error.length_m(), sigma_m(o)]).filter(|h| h.is_finite()).collect();
     heights.sort_by(f64::total_cmp);

@@ -222,8 +222,7 @@ fn window(store: &Reader, layer: &Layer, corner: [i64; 2], edge_px: usize) -> Re
 
 fn is_right(answer: &Answer, frame: &LocalFrame, gsd: Gsd) -> bool {
     let Answer::Fix(fix) = answer else { return false };
-    Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)
-        .is_ok_and(|at| frame.enu_from_geodetic(at).length_m() <= RIGHT_PX * gsd.mean_m_per_px())
+    frame.enu_from_geodetic(fix.position).length_m() <= RIGHT_PX * gsd.mean_m_per_px()
 }
 
 /// Constant (s) and slope (s per tile) of the least-squares line through the medians.

@@ -2,7 +2,7 @@
 
 use super::fixes::FixOutcome;
 use super::quantiles::Quantiles;
-use overfly_core::geodesy::{Enu, EnuCovariance};
+use overfly_core::geodesy::Enu;
 use overfly_flight::locate::Answer;
 use serde::Serialize;
 
@@ -117,20 +117,20 @@ impl FixOutcome {
     /// covariance is not positive definite.
     pub fn nees(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
-        Some(EnuCovariance::from(fix.covariance_m2).squared_mahalanobis(error))
+        Some(fix.covariance.squared_mahalanobis(error))
     }
 
     /// Whether the fix's own 95 % ellipse contains the truth; `None` without a fix. A covariance that is not positive
     /// definite contains nothing.
     pub fn is_in_ellipse95(&self) -> Option<bool> {
         let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
-        Some(EnuCovariance::from(fix.covariance_m2).contains_95(error))
+        Some(fix.covariance.contains_95(error))
     }
 
     /// Semi-major axis of the fix's own 95 % ellipse, metres; `None` without a fix.
     pub fn semi_major_95_m(&self) -> Option<f64> {
         let (Answer::Fix(fix), Some(_)) = (&self.answer, self.error) else { return None };
-        Some(EnuCovariance::from(fix.covariance_m2).ellipse_95().semi_major_m)
+        Some(fix.covariance.ellipse_95().semi_major_m)
     }
 
     /// Base tiles whose imagery was searched.
@@ -145,8 +145,8 @@ impl FixOutcome {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use overfly_core::geodesy::{CHI_SQUARE_95, Geodetic, LocalFrame};
-    use overfly_flight::locate::{Fix, NoFix, Point, Reason};
+    use overfly_core::geodesy::{CHI_SQUARE_95, Geodetic, Heading, LocalFrame};
+    use overfly_flight::locate::{Fix, NoFix, Reason};
 
     /// A fix with an error of `error` metres and a given covariance, or no fix.
     pub(crate) fn outcome(error: Option<[f64; 2]>, covariance_m2: [[f64; 2]; 2]) -> FixOutcome {
@@ -155,19 +155,17 @@ pub(crate) mod tests {
         let answer = match error {
             Some(error) => {
                 let at = LocalFrame::at(truth).geodetic_from_enu(error).unwrap();
-                let point = Point { latitude_deg: at.latitude_deg(), longitude_deg: at.longitude_deg() };
                 Answer::Fix(Fix {
-                    latitude_deg: point.latitude_deg,
-                    longitude_deg: point.longitude_deg,
-                    heading_deg: 12.0,
-                    heading_sigma_deg: 0.2,
+                    position: at,
+                    heading: Heading::from_degrees(12.0),
+                    heading_sigma_rad: 0.2f64.to_radians(),
                     gsd_m_per_px: 1.0,
                     scale_sigma_ratio: 0.001,
-                    covariance_m2,
+                    covariance: covariance_m2.into(),
                     score: 20.0,
                     false_fix_probability: 1e-9,
                     log10_false_alarms: Some(-9.0),
-                    image_centre: point,
+                    image_centre: at,
                     inliers: 30,
                     tiles_searched: 6,
                     nominal_count: 4.0,

@@ -26,19 +26,16 @@ impl<'a> FixRow<'a> {
     fn new(o: &'a FixOutcome) -> Self {
         let row = Self { image: &o.image, elapsed_ms: Decimals(o.elapsed_ms), ..Self::default() };
         match &o.answer {
-            Answer::Fix(f) => {
-                let [[ee, en], [_, nn]] = f.covariance_m2;
-                Self {
-                    status: "fix",
-                    latitude_deg: Some(Decimals(f.latitude_deg)),
-                    longitude_deg: Some(Decimals(f.longitude_deg)),
-                    heading_deg: Some(Decimals(f.heading_deg)),
-                    covariance_ee_m2: Some(Decimals(ee)),
-                    covariance_en_m2: Some(Decimals(en)),
-                    covariance_nn_m2: Some(Decimals(nn)),
-                    ..row
-                }
-            }
+            Answer::Fix(f) => Self {
+                status: "fix",
+                latitude_deg: Some(Decimals(f.position.latitude_deg())),
+                longitude_deg: Some(Decimals(f.position.longitude_deg())),
+                heading_deg: Some(Decimals(f.heading.degrees())),
+                covariance_ee_m2: Some(Decimals(f.covariance.ee_m2)),
+                covariance_en_m2: Some(Decimals(f.covariance.en_m2)),
+                covariance_nn_m2: Some(Decimals(f.covariance.nn_m2)),
+                ..row
+            },
             Answer::NoFix(n) => Self { status: "no_fix", reason: Some(n.reason), ..row },
         }
     }

@@ -104,9 +104,7 @@ impl FixTrial {
             .for_original(reduction);
         let elapsed_ms = milliseconds(asked);
         let error = match &answer {
-            Answer::Fix(fix) => Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg)
-                .ok()
-                .map(|at| LocalFrame::at(truth).enu_from_geodetic(at)),
+            Answer::Fix(fix) => Some(LocalFrame::at(truth).enu_from_geodetic(fix.position)),
             Answer::NoFix(_) => None,
         };
         Ok(FixOutcome { image: frame.image.clone(), truth, prior, answer, error, elapsed_ms, decode_ms })

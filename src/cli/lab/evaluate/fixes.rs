@@ -8,7 +8,7 @@ use crate::cli::layer::chosen_layer;
 use crate::cli::number::positive;
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
-use overfly_flight::locate::Answer;
+use crate::server::dto::AnswerJson;
 use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight, write_fixes};
 use overfly_store::Reader;
 use serde::Serialize;
@@ -71,7 +71,7 @@ pub struct Args {
 struct FrameLine<'a> {
     image: &'a str,
     #[serde(flatten)]
-    answer: &'a Answer,
+    answer: AnswerJson,
     error_m: Option<f64>,
     in_ellipse95: Option<bool>,
     decode_ms: f64,
@@ -115,7 +115,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 fn frame_line(outcome: &FixOutcome) -> FrameLine<'_> {
     FrameLine {
         image: &outcome.image,
-        answer: &outcome.answer,
+        answer: AnswerJson::new(outcome.answer.clone(), outcome.elapsed_ms),
         error_m: outcome.error.map(overfly_core::geodesy::Enu::length_m),
         in_ellipse95: outcome.is_in_ellipse95(),
         decode_ms: outcome.decode_ms,

@@ -7,7 +7,7 @@ use crate::cli::layer::chosen_layer;
 use crate::cli::number::{positive, share};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
-use overfly_flight::locate::Answer;
+use crate::server::dto::AnswerJson;
 use overfly_lab::report::calibration_svg;
 use overfly_lab::trial::{
     NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, RecordedFlight, write_negatives,
@@ -97,7 +97,7 @@ struct AcceptedLine<'a> {
     image: &'a str,
     heading_known: bool,
     #[serde(flatten)]
-    answer: &'a Answer,
+    answer: AnswerJson,
 }
 
 /// Runs the command.
@@ -135,14 +135,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn accepted_line(outcome: &NegativeOutcome) -> Option<AcceptedLine<'_>> {
-    let answer = &outcome.search.as_ref()?.answer;
+    let search = outcome.search.as_ref()?;
     outcome.is_accepted().then_some(AcceptedLine {
         trial: outcome.number,
         kind: outcome.kind,
         region: outcome.region,
         image: &outcome.image,
         heading_known: outcome.is_heading_known,
-        answer,
+        answer: AnswerJson::new(search.answer.clone(), search.elapsed_ms),
     })
 }
 

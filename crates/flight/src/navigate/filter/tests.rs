@@ -68,8 +68,8 @@ fn coverage(steps: usize) -> f64 {
         }
         let found = LocalFrame::at(place()).enu_from_geodetic(filter.position());
         let off = SVector::<f64, 2>::new(found.east_m - truth.0.east_m, found.north_m - truth.0.north_m);
-        let [[ee, en], [ne, nn]] = filter.position_covariance_m2();
-        let square = (off.transpose() * Matrix2::new(ee, en, ne, nn).try_inverse().unwrap() * off)[0];
+        let EnuCovariance { ee_m2: ee, en_m2: en, nn_m2: nn } = filter.position_covariance();
+        let square = (off.transpose() * Matrix2::new(ee, en, en, nn).try_inverse().unwrap() * off)[0];
         inside += usize::from(square < 5.991);
     }
     inside as f64 / trials as f64
@@ -87,8 +87,8 @@ fn dead_reckoning_errs_as_its_covariance_says() {
 fn fix(position: Geodetic, heading_rad: f64, log_height: f64) -> FixMeasurement {
     FixMeasurement {
         position,
-        covariance_m2: [[4.0, 0.0], [0.0, 4.0]],
-        heading_rad,
+        covariance: EnuCovariance::from_sigma_m(2.0),
+        heading: Heading::from_radians(heading_rad),
         heading_sigma_rad: 0.1f64.to_radians(),
         log_height,
         log_height_sigma: 0.001,
@@ -105,11 +105,11 @@ fn a_fix_sets_the_position_and_estimates_the_compass_offset() {
     // 40 and -30 m, each against 50 m of the start and 2 m of the fix.
     assert!((residual.nis - (40f64.powi(2) + 30f64.powi(2)) / (2500.0 + 4.0)).abs() < 1e-3, "{residual:?}");
     let off = LocalFrame::at(there).enu_from_geodetic(filter.position());
-    assert!(off.length_m() < 0.2 && (filter.heading_rad() - 0.95).abs() < 1e-3);
+    assert!(off.length_m() < 0.2 && (filter.heading().radians() - 0.95).abs() < 1e-3);
     assert!((filter.height_m() - 790.0).abs() < 1.0);
     // The compass read 0.05 rad too much: shared between offset and noise in proportion to their variances.
     assert!((filter.compass_offset_rad() - 0.04).abs() < 2e-3, "{}", filter.compass_offset_rad());
-    let [[ee, _], [_, nn]] = filter.position_covariance_m2();
+    let EnuCovariance { ee_m2: ee, nn_m2: nn, .. } = filter.position_covariance();
     assert!(ee >= 4.0 - 1e-9 && nn >= 4.0 - 1e-9 && ee < 4.1);
     let far = LocalFrame::at(there).geodetic_from_enu(Enu { east_m: 500.0, north_m: 0.0 }).unwrap();
     let before = filter.clone();
@@ -134,7 +134,7 @@ fn a_singular_innovation_is_an_error_and_changes_nothing() {
     let before = filter.clone();
     let singular = |measurement| FilterError::SingularInnovation { measurement };
     assert_eq!(filter.update_sensors(reading, &exact), Err(singular("sensor reading")));
-    let exact_fix = FixMeasurement { covariance_m2: [[0.0; 2]; 2], ..fix(place(), 1.0, 800f64.ln()) };
+    let exact_fix = FixMeasurement { covariance: EnuCovariance::from_sigma_m(0.0), ..fix(place(), 1.0, 800f64.ln()) };
     assert_eq!(filter.update_fix(&exact_fix, Gate::OPEN), Err(singular("fix")));
     assert_eq!(
         (filter.position(), filter.state, filter.covariance),
@@ -177,7 +177,7 @@ fn dead_reckoning_resets_the_heading_but_not_the_compass_offset() {
     }
     let moved = Enu { east_m: 100.0, north_m: 0.0 };
     filter.predict_dead_reckoning(moved, 30.0, SensorReading { heading_rad: 2.0, ..reading }, &SIGMAS).unwrap();
-    assert!((filter.heading_rad() - 1.95).abs() < 0.01 && filter.heading_sigma_rad() < 0.025);
-    let [[ee, _], _] = filter.position_covariance_m2();
+    assert!((filter.heading().radians() - 1.95).abs() < 0.01 && filter.heading_sigma_rad() < 0.025);
+    let ee = filter.position_covariance().ee_m2;
     assert!((ee - 904.0).abs() < 1.0, "{ee}");
 }

@@ -26,10 +26,7 @@ impl FlyOutcome {
     pub fn new(frame: &RecordedFrame, position: Position, truth: Geodetic, is_hidden: bool) -> Self {
         let here = LocalFrame::at(truth);
         let error = here.enu_from_geodetic(position.position);
-        let fix_error_m = position.fix.as_ref().and_then(|fix| {
-            let at = Geodetic::from_degrees(fix.latitude_deg, fix.longitude_deg).ok()?;
-            Some(here.enu_from_geodetic(at).length_m())
-        });
+        let fix_error_m = position.fix.as_ref().map(|fix| here.enu_from_geodetic(fix.position).length_m());
         Self { image: frame.image.clone(), position, truth, error, fix_error_m, is_hidden }
     }
 }

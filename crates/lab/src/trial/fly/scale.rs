@@ -61,7 +61,7 @@ fn ways(first: &FlyOutcome, now: &FlyOutcome) -> (Enu, Enu) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overfly_core::geodesy::Geodetic;
+    use overfly_core::geodesy::{EnuCovariance, Geodetic};
     use overfly_flight::navigate::{Position, PositionSource};
 
     /// A flight to the east in steps of 100 m, which dead reckoning takes for `reckoned_m` each.
@@ -76,7 +76,7 @@ mod tests {
                 position,
                 heading_rad: 0.0,
                 heading_sigma_rad: 0.01,
-                covariance_m2: [[1.0, 0.0], [0.0, 1.0]],
+                covariance: EnuCovariance::from_sigma_m(1.0),
                 height_scale,
                 height_scale_sigma_ratio: 0.002,
                 fix_age_s,

@@ -4,7 +4,7 @@ use super::outcome::FlyOutcome;
 use super::scale::FlightScale;
 use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
-use overfly_core::geodesy::{EnuCovariance, LocalFrame};
+use overfly_core::geodesy::LocalFrame;
 use serde::Serialize;
 
 /// The summary of `fly`, as JSON spells it.
@@ -85,7 +85,7 @@ impl FlyScore {
 }
 
 fn is_in_ellipse95(o: &FlyOutcome) -> bool {
-    EnuCovariance::from(o.position.covariance_m2).contains_95(o.error)
+    o.position.covariance.contains_95(o.error)
 }
 
 /// Number of clear images between the last hidden one (or the start) and the first from which on every position is

@@ -28,7 +28,6 @@ struct PositionRow<'a> {
 impl<'a> PositionRow<'a> {
     fn new(mode: Mode, o: &'a FlyOutcome) -> Self {
         let p = &o.position;
-        let [[ee, en], [_, nn]] = p.covariance_m2;
         Self {
             image: &o.image,
             time_s: Decimals(p.time_s),
@@ -37,9 +36,9 @@ impl<'a> PositionRow<'a> {
             latitude_deg: Decimals(p.position.latitude_deg()),
             longitude_deg: Decimals(p.position.longitude_deg()),
             heading_deg: Decimals(p.heading_rad.to_degrees()),
-            covariance_ee_m2: Decimals(ee),
-            covariance_en_m2: Decimals(en),
-            covariance_nn_m2: Decimals(nn),
+            covariance_ee_m2: Decimals(p.covariance.ee_m2),
+            covariance_en_m2: Decimals(p.covariance.en_m2),
+            covariance_nn_m2: Decimals(p.covariance.nn_m2),
             fix_age_s: p.fix_age_s.map(Decimals),
             tiles_searched: p.tiles_searched,
             nominal_count: Decimals(p.nominal_count),

@@ -6,7 +6,7 @@ use super::flight_tally::{CHECKPOINTS, TrackTally};
 use super::route::TruePose;
 use super::scenario::{CovarianceModel, DrawnDrift, ErrorModel, Scenario};
 use nalgebra::Matrix2;
-use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, Geodetic, LocalFrame};
+use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, Heading, LocalFrame};
 use overfly_flight::navigate::{
     FilterError, FixMeasurement, Gate, NavigationFilter, OdometryStep, SensorReading, SensorSigmas, TimeUpdate,
 };
@@ -156,9 +156,9 @@ impl<'a> FilterTrack<'a> {
         let variance_m2 = (self.model.fix_sigma_m * self.model.stated_ratio).powi(2);
         let heading_deg = image.heading.degrees() + self.model.fix_heading_deg * normal(&mut self.rng);
         Ok(FixMeasurement {
-            position: Geodetic::from_degrees(at.latitude_deg(), at.longitude_deg())?,
-            covariance_m2: [[variance_m2, 0.0], [0.0, variance_m2]],
-            heading_rad: heading_deg.to_radians(),
+            position: at,
+            covariance: EnuCovariance { ee_m2: variance_m2, en_m2: 0.0, nn_m2: variance_m2 },
+            heading: Heading::from_degrees(heading_deg),
             heading_sigma_rad: (self.model.fix_heading_deg * self.model.stated_ratio).to_radians(),
             log_height,
             log_height_sigma: self.model.fix_scale_ratio * self.model.stated_ratio,
@@ -168,7 +168,7 @@ impl<'a> FilterTrack<'a> {
     /// Compares the filter with the truth.
     fn look(&mut self, time_s: f64) {
         let off = LocalFrame::at(self.pose.position).enu_from_geodetic(self.filter.position());
-        let nees = EnuCovariance::from(self.filter.position_covariance_m2()).squared_mahalanobis(off);
+        let nees = self.filter.position_covariance().squared_mahalanobis(off);
         let is_covered = TrackTally::holds(nees);
         self.tally.images += 1;
         self.tally.covered += u64::from(is_covered);
