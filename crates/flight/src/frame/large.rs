@@ -1,30 +1,32 @@
-//! Frames too large to hold: read row by row, or at a fraction of their size.
+//! Frames too large for memory: read row by row, or at a fraction of their size.
 
-use super::{FrameBounds, FrameError, decode_frame_within, header_of, not_an_image, read_file};
+use super::bounds::FrameBounds;
+use super::decode::{decode_frame_within, header_of, read_file};
+use super::error::{FrameError, not_an_image};
 use image::ImageFormat;
 use overfly_core::pixels::Gray;
 use std::io::Cursor;
 use std::path::Path;
 
-/// A frame, and how many of its pixels along each axis make one of those given.
+/// A frame at a reduced size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedFrame {
-    /// The pixels, each the mean of `reduction` x `reduction` of the file's.
+    /// The pixels, each the mean of `reduction` x `reduction` pixels of the file.
     pub gray: Gray,
-    /// 1, 2, 4 or 8.
+    /// Pixels of the file along each axis of one pixel: 1, 2, 4 or 8.
     pub reduction: u32,
 }
 
-/// As [`super::read_frame`], but a PNG or JPEG of more pixels than are decoded whole comes as the means of 2 x 2, 4 x 4 or
-/// 8 x 8 of them, in memory that the reduced size bounds.
+/// Reads a frame as [`super::read_frame`]; a PNG or JPEG that exceeds the default bounds is reduced to the means of 2 x 2, 4 x 4 or
+/// 8 x 8 pixels, and only the reduced size is held in memory.
 ///
 /// # Errors
-/// As [`super::read_frame`]; what cannot be read in pieces (interlaced PNG, progressive JPEG, WebP) is too large as ever.
+/// As [`super::read_frame`]. Interlaced PNG, progressive JPEG and WebP cannot be read in pieces and are refused as too large.
 pub fn read_large_frame(path: &Path) -> Result<ReducedFrame, FrameError> {
     read_large_frame_within(path, FrameBounds::default())
 }
 
-/// As [`read_large_frame`], within bounds of the caller's: more pixels than they state are reduced to a quarter of them.
+/// Reads a frame as [`read_large_frame`], within given bounds: a frame of more pixels is reduced to at most a quarter of the bound.
 ///
 /// # Errors
 /// As [`read_large_frame`].
@@ -47,7 +49,7 @@ pub fn read_large_frame_within(path: &Path, bounds: FrameBounds) -> Result<Reduc
     Ok(ReducedFrame { gray: decode_frame_within(&bytes, &name, bounds)?, reduction: 1 })
 }
 
-/// Row by row; `None` of an interlaced one. What is left over at the right and below is dropped.
+/// Reduces a PNG row by row; `None` where it is interlaced. Rows and columns that fill no pixel are dropped.
 fn png(bytes: &[u8], reduction: usize) -> Result<Option<Gray>, png::DecodingError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
@@ -71,11 +73,11 @@ fn png(bytes: &[u8], reduction: usize) -> Result<Option<Gray>, png::DecodingErro
     Ok(Some(out))
 }
 
-/// From the lower frequencies of every block; `None` of a progressive one, whose blocks are all kept until its end.
+/// Reduces a JPEG by the lower frequencies of every block; `None` where it is progressive, for then all blocks are held until its end.
 fn jpeg(bytes: &[u8], reduction: u16) -> Result<Option<Gray>, jpeg_decoder::Error> {
     let mut decoder = jpeg_decoder::Decoder::new(bytes);
     decoder.read_info()?;
-    let info = decoder.info().expect("read before");
+    let info = decoder.info().expect("the header was read");
     if info.coding_process != jpeg_decoder::CodingProcess::DctSequential {
         return Ok(None);
     }
@@ -89,7 +91,7 @@ fn jpeg(bytes: &[u8], reduction: u16) -> Result<Option<Gray>, jpeg_decoder::Erro
     Ok(Gray::from_values(width.into(), height.into(), values))
 }
 
-/// Of a gray or a colour pixel, alpha or not: ITU-R BT.601, as of frames decoded whole.
+/// Luma (ITU-R BT.601) of a gray or colour pixel, with or without alpha.
 fn luma(pixel: &[u8]) -> f32 {
     match *pixel {
         [r, g, b, ..] => 0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b),

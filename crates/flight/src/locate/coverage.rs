@@ -76,14 +76,14 @@ fn covered(store: &Reader, layer: &Layer) -> Result<CoveredLayer, StoreError> {
 
 /// Columns and rows of a block of tiles, first and last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Block {
+struct TileBlock {
     columns: (u32, u32),
     rows: (u32, u32),
 }
 
 /// Tiles of one zoom, sorted by row and column, joined to runs along rows, and equal runs of successive rows to blocks.
-fn joined(tiles: &[TileId]) -> Vec<Block> {
-    let mut blocks: Vec<Block> = Vec::new();
+fn joined(tiles: &[TileId]) -> Vec<TileBlock> {
+    let mut blocks: Vec<TileBlock> = Vec::new();
     // By columns: the block that a run of the next row may prolong.
     let mut open: HashMap<(u32, u32), usize> = HashMap::new();
     let mut i = 0;
@@ -99,14 +99,14 @@ fn joined(tiles: &[TileId]) -> Vec<Block> {
             Some(&block) if blocks[block].rows.1 + 1 == row => blocks[block].rows.1 = row,
             _ => {
                 open.insert((first, last), blocks.len());
-                blocks.push(Block { columns: (first, last), rows: (row, row) });
+                blocks.push(TileBlock { columns: (first, last), rows: (row, row) });
             }
         }
     }
     blocks
 }
 
-fn ring_deg(zoom: u8, block: &Block) -> Vec<[f64; 2]> {
+fn ring_deg(zoom: u8, block: &TileBlock) -> Vec<[f64; 2]> {
     let bounds = |column, row| TileId::new(zoom, column, row).expect("taken from a tile").bounds();
     let (upper_left, lower_right) = (bounds(block.columns.0, block.rows.0), bounds(block.columns.1, block.rows.1));
     let (west, north) = (upper_left.west_deg, upper_left.north_deg);
@@ -141,6 +141,6 @@ mod tests {
     fn a_full_rectangle_is_one_block() {
         let mut tiles: Vec<TileId> = (0..5).flat_map(|y| (3..9).map(move |x| TileId::new(9, x, y).unwrap())).collect();
         tiles.sort_unstable();
-        assert_eq!(joined(&tiles), [Block { columns: (3, 8), rows: (0, 4) }]);
+        assert_eq!(joined(&tiles), [TileBlock { columns: (3, 8), rows: (0, 4) }]);
     }
 }

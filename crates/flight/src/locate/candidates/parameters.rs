@@ -1,6 +1,7 @@
 //! The question as callers spell it: the names shared by the command line and HTTP, checked in one place.
 
-use super::{CandidateQuery, CandidatesError};
+use super::error::CandidatesError;
+use super::query::CandidateQuery;
 use overfly_core::geodesy::{Geodetic, MAX_LATITUDE_DEG};
 use overfly_core::region::{ImageOnGround, Uncertainty};
 
@@ -81,27 +82,27 @@ impl CandidateParameters {
     }
 
     fn uncertainty(&self) -> Result<Uncertainty, CandidatesError> {
-        let mode = Mode::named(self.mode.as_deref())?;
+        let mode = QueryMode::named(self.mode.as_deref())?;
         self.refuse_parameters_of_other_modes(mode)?;
         let inaccuracy_m = || required("inaccuracy_m", self.inaccuracy_m, NOT_NEGATIVE);
         let execution_s = || required("execution_s", self.execution_s, TIME);
         Ok(match mode {
-            Mode::Sequential if self.by_covariance() => Uncertainty::Covariance {
+            QueryMode::Sequential if self.by_covariance() => Uncertainty::Covariance {
                 sigma_east_m: required("sigma_east_m", self.sigma_east_m, LENGTH)?,
                 sigma_north_m: required("sigma_north_m", self.sigma_north_m, LENGTH)?,
                 correlation: self.correlation.unwrap_or(0.0),
             },
-            Mode::Sequential => Uncertainty::Sequential {
+            QueryMode::Sequential => Uncertainty::Sequential {
                 inaccuracy_m: inaccuracy_m()?,
                 drift_m: required("drift_m", self.drift_m, NOT_NEGATIVE)?,
             },
-            Mode::Parallel => Uncertainty::Parallel {
+            QueryMode::Parallel => Uncertainty::Parallel {
                 inaccuracy_m: inaccuracy_m()?,
                 unit_drift_m: required("unit_drift_m", self.unit_drift_m, NOT_NEGATIVE)?,
                 execution_s: execution_s()?,
                 relative_s: required("relative_s", self.relative_s, TIME)?,
             },
-            Mode::Combined => Uncertainty::Combined {
+            QueryMode::Combined => Uncertainty::Combined {
                 inaccuracy_m: inaccuracy_m()?,
                 speed_mps: required("speed_mps", self.speed_mps, SPEED)?,
                 execution_s: execution_s()?,
@@ -114,9 +115,9 @@ impl CandidateParameters {
         self.sigma_east_m.is_some() || self.sigma_north_m.is_some() || self.correlation.is_some()
     }
 
-    fn refuse_parameters_of_other_modes(&self, mode: Mode) -> Result<(), CandidatesError> {
-        use Mode::{Combined, Parallel, Sequential};
-        let of: [(&'static str, Option<f64>, &[Mode]); 9] = [
+    fn refuse_parameters_of_other_modes(&self, mode: QueryMode) -> Result<(), CandidatesError> {
+        use QueryMode::{Combined, Parallel, Sequential};
+        let of: [(&'static str, Option<f64>, &[QueryMode]); 9] = [
             ("drift_m", self.drift_m, &[Sequential]),
             ("unit_drift_m", self.unit_drift_m, &[Parallel]),
             ("execution_s", self.execution_s, &[Parallel, Combined]),
@@ -142,13 +143,13 @@ impl CandidateParameters {
 
 /// The coupling modes by their names in `mode`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum QueryMode {
     Sequential,
     Parallel,
     Combined,
 }
 
-impl Mode {
+impl QueryMode {
     fn named(name: Option<&str>) -> Result<Self, CandidatesError> {
         match name {
             None | Some("sequential") => Ok(Self::Sequential),

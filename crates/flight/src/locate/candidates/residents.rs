@@ -8,13 +8,16 @@
 //! | 61 | 119 us | 2.0 us | 278 us | 147 us |
 //! | 2,899 | 6.6 ms | 0.045 ms | 15.4 ms | 6.6 ms |
 //!
-//! Reading the footprints takes 74 ms and indexing them 26 ms. So a service, which is asked again and again, keeps
-//! indexes; one question from the command line goes to SQLite, which answers before an index would stand. Each is the
-//! other's witness in the tests.
+//! Reading the footprints takes 74 ms and indexing them 26 ms. So a service, which answers many queries, keeps indexes; a single
+//! query from the command line goes to SQLite, which answers before an index is built. The tests compare both. An index is never
+//! evicted: two levels that do not fit together would be built again for every query.
 
-use super::{
-    CandidateQuery, Candidates, CandidatesError, MAX_TILES, ResidentIndex, bounded, candidates, prepare, rank,
-};
+use super::candidate_tiles::Candidates;
+use super::error::CandidatesError;
+use super::index::ResidentIndex;
+use super::query::{CandidateQuery, MAX_TILES};
+use super::ranking::rank;
+use super::search::{bounded, candidates, prepare};
 use overfly_store::{Layer, Reader};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};

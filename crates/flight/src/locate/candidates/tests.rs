@@ -1,6 +1,12 @@
 //! Ranking over footprints in memory.
 
-use super::*;
+use super::index::ResidentIndex;
+use super::ranking::rank;
+use overfly_core::coupling::SECONDS_PER_TILE;
+use overfly_core::geodesy::Geodetic;
+use overfly_core::region::{ImageOnGround, Region, Uncertainty};
+use overfly_core::tile::TileId;
+use overfly_store::Footprint;
 use std::f64::consts::TAU;
 
 fn footprint(tile: TileId) -> Footprint {

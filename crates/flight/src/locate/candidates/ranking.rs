@@ -1,0 +1,51 @@
+//! Ranking of the tiles that meet a region.
+
+use super::candidate_tiles::{Candidate, Candidates};
+use super::geometry::Geometry;
+use overfly_core::coupling::SECONDS_PER_TILE;
+use overfly_core::region::Region;
+use overfly_store::Footprint;
+
+/// Ranks the footprints that an index found: those that meet the region, best first, with the figures of the search.
+pub fn rank<'a>(
+    layer: &str,
+    footprints: impl Iterator<Item = &'a Footprint>,
+    region: &Region,
+    max_tiles: Option<usize>,
+) -> Candidates {
+    let mut met: Vec<(f64, f64, &Footprint)> = footprints
+        .filter_map(|f| {
+            let bounds = f.tile.mercator_bounds();
+            let met = region.meets(&bounds);
+            met.then(|| (region.probability(&bounds), region.distance_m(&bounds), f))
+        })
+        .collect();
+    met.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)).then(a.2.tile.cmp(&b.2.tile)));
+    met.truncate(max_tiles.unwrap_or(usize::MAX));
+    let tiles: Vec<Candidate> = met.iter().map(|&(probability, _, f)| candidate(layer, f, probability)).collect();
+    Candidates {
+        nominal_count: region.nominal_count(),
+        region: Geometry::from_rings(region.rings_deg()),
+        // Not `sum`: the sum of nothing is -0, which JSON would show.
+        containment: tiles.iter().fold(0.0, |sum: f64, t| sum + t.probability).min(1.0),
+        estimated_s: SECONDS_PER_TILE * tiles.len() as f64,
+        tiles,
+    }
+}
+
+fn candidate(layer: &str, footprint: &Footprint, probability: f64) -> Candidate {
+    let tile = footprint.tile;
+    Candidate {
+        id: format!("{layer}/{tile}"),
+        layer: layer.to_owned(),
+        z: tile.zoom(),
+        x: tile.column(),
+        y: tile.row(),
+        bounds_deg: tile.bounds(),
+        probability,
+        keypoints: footprint.keypoints,
+        distinctiveness: footprint.distinctiveness,
+        gsd_m_per_px: tile.gsd().mean_m_per_px(),
+        acquired: footprint.acquired.clone(),
+    }
+}
