@@ -4,7 +4,7 @@ use crate::flight::true_heading_rad;
 use crate::log::Log;
 use crate::painting::paint;
 use crate::scene::{FarmlandScene, SIZE_M};
-use crate::sight::{CameraPose, HEIGHT_PX, Sight, WIDTH_PX, relief};
+use crate::sight::{HEIGHT_PX, Sight, SightPose, WIDTH_PX, relief};
 use crate::sortie::Sortie;
 use crate::sun::Sun;
 use crate::survey::{self, CORNER, Radiometry, write_jpeg};
@@ -68,7 +68,7 @@ fn map(scene: &FarmlandScene, corner: [f64; 2], rng: &mut ChaCha8Rng, path: &Pat
 }
 
 /// Anywhere over a landscape, under any heading, tilted by up to 3 degrees each way.
-fn pose(corner: [f64; 2], time_s: f64, rng: &mut ChaCha8Rng) -> CameraPose {
+fn pose(corner: [f64; 2], time_s: f64, rng: &mut ChaCha8Rng) -> SightPose {
     let x = rng.random_range(MARGIN_M..SIZE_M[0] - MARGIN_M);
     let y = rng.random_range(MARGIN_M..SIZE_M[1] - MARGIN_M);
     let grid = [corner[0] + x, corner[1] - y];
@@ -78,7 +78,7 @@ fn pose(corner: [f64; 2], time_s: f64, rng: &mut ChaCha8Rng) -> CameraPose {
         let deg = (rng.random_range(-3.0..3.0f64) * 1000.0).round() / 1000.0;
         deg.to_radians()
     };
-    CameraPose {
+    SightPose {
         nadir,
         heading_rad: true_heading_rad(nadir, grid, rng.random_range(0.0..360.0)),
         pitch_rad: tilt(rng),

@@ -2,7 +2,7 @@
 
 use crate::canvas::SceneCanvas;
 use crate::log::Log;
-use crate::sight::{CameraPose, HEIGHT_PX, Sight, WIDTH_PX, relief};
+use crate::sight::{HEIGHT_PX, Sight, SightPose, WIDTH_PX, relief};
 use crate::survey::{CORNER, Radiometry, write_jpeg};
 use crate::utm::geodetic_from_grid;
 use overfly_core::geodesy::{Geodetic, LocalFrame};
@@ -34,7 +34,7 @@ pub fn fly(canvas: &SceneCanvas, radiometry: Radiometry, seed: u64, folder: &Pat
 }
 
 /// Three legs joined by half circles, sampled evenly, with the wobble of a small aircraft.
-fn poses(rng: &mut ChaCha8Rng) -> Vec<CameraPose> {
+fn poses(rng: &mut ChaCha8Rng) -> Vec<SightPose> {
     let (west, east, north, radius_m) = (330.0, 2230.0, 370.0, 325.0);
     let leg_m = east - west - 2.0 * radius_m;
     let turn_m = std::f64::consts::PI * radius_m;
@@ -61,7 +61,7 @@ fn poses(rng: &mut ChaCha8Rng) -> Vec<CameraPose> {
         };
         let grid = [CORNER[0] + x + rng.random_range(-12.0..12.0), CORNER[1] - y + rng.random_range(-12.0..12.0)];
         let nadir = geodetic_from_grid(grid);
-        out.push(CameraPose {
+        out.push(SightPose {
             nadir,
             heading_rad: true_heading_rad(nadir, grid, grid_deg + rng.random_range(-4.0..4.0)),
             pitch_rad: f64::to_radians(1.5 + rng.random_range(-2.0..2.0)),

@@ -1,6 +1,6 @@
 //! Writes `flight.csv` and `camera.toml`: the truth and the sensors' readings.
 
-use crate::sight::{CameraPose, DISTORTION, FOCAL_PX, HEIGHT_PX, PRINCIPAL_PX, WIDTH_PX};
+use crate::sight::{DISTORTION, FOCAL_PX, HEIGHT_PX, PRINCIPAL_PX, SightPose, WIDTH_PX};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use std::fmt::Write;
@@ -20,7 +20,7 @@ impl Default for Log {
 
 impl Log {
     /// Enters a frame: its truth, and a heading and a height with sensor noise of 1 degree and 1 %.
-    pub fn enter(&mut self, image: &str, pose: &CameraPose, rng: &mut ChaCha8Rng) {
+    pub fn enter(&mut self, image: &str, pose: &SightPose, rng: &mut ChaCha8Rng) {
         let normal = |rng: &mut ChaCha8Rng| (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
         let said_height_m = pose.height_m * (1.0 + 0.01 * normal(rng));
         let said_heading_deg = (pose.heading_rad.to_degrees() + normal(rng)).rem_euclid(360.0);

@@ -4,21 +4,21 @@ use crate::noise::{chance, smooth};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-type Point = [f64; 2];
+type PlanePoint = [f64; 2];
 
 enum Node {
-    Cut { normal: Point, offset_m: f64, depth: u32, low: usize, high: usize },
+    Cut { normal: PlanePoint, offset_m: f64, depth: u32, low: usize, high: usize },
     Parcel(usize),
 }
 
 /// One owner's land, which can be farmed as two fields.
 pub struct Parcel {
     /// Middle, metres.
-    pub centre: Point,
+    pub centre: PlanePoint,
     /// Unit direction of ploughing.
-    pub along: Point,
+    pub along: PlanePoint,
     /// A cut across it, present in some epochs: normal and offset.
-    divide: (Point, f64),
+    divide: (PlanePoint, f64),
     /// In which epochs it is farmed as two.
     divided: [bool; 2],
 }
@@ -51,7 +51,7 @@ pub struct ParcelPlace {
 
 impl Parcels {
     /// Cuts the rectangle (0, 0) to `size_m`, and some land around it.
-    pub fn cut(size_m: Point, rng: &mut ChaCha8Rng, seed: u32) -> Self {
+    pub fn cut(size_m: PlanePoint, rng: &mut ChaCha8Rng, seed: u32) -> Self {
         let (w, h) = (size_m[0], size_m[1]);
         let border = 300.0;
         let outline = vec![[-border, -border], [w + border, -border], [w + border, h + border], [-border, h + border]];
@@ -61,7 +61,7 @@ impl Parcels {
     }
 
     /// Cuts a polygon (or keeps it as a parcel) and returns its node. `lean_rad` turns the first cuts away from north.
-    fn grow(&mut self, polygon: Vec<Point>, depth: u32, lean_rad: f64, rng: &mut ChaCha8Rng) -> usize {
+    fn grow(&mut self, polygon: Vec<PlanePoint>, depth: u32, lean_rad: f64, rng: &mut ChaCha8Rng) -> usize {
         let axis = longest_side(&polygon, if depth < 2 { Some(lean_rad) } else { None });
         let (u, v) = (axis, [-axis[1], axis[0]]);
         let (u_range, v_range) = (extent(&polygon, u), extent(&polygon, v));
@@ -144,26 +144,26 @@ impl Parcels {
     }
 }
 
-fn dot(a: Point, b: Point) -> f64 {
+fn dot(a: PlanePoint, b: PlanePoint) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-fn extent(polygon: &[Point], axis: Point) -> (f64, f64) {
+fn extent(polygon: &[PlanePoint], axis: PlanePoint) -> (f64, f64) {
     polygon.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &p| (lo.min(dot(p, axis)), hi.max(dot(p, axis))))
 }
 
-fn area(polygon: &[Point]) -> f64 {
+fn area(polygon: &[PlanePoint]) -> f64 {
     let n = polygon.len();
     (0..n).map(|i| polygon[i][0] * polygon[(i + 1) % n][1] - polygon[(i + 1) % n][0] * polygon[i][1]).sum::<f64>().abs()
         / 2.0
 }
 
-fn centroid(polygon: &[Point]) -> Point {
+fn centroid(polygon: &[PlanePoint]) -> PlanePoint {
     let n = polygon.len() as f64;
     [polygon.iter().map(|p| p[0]).sum::<f64>() / n, polygon.iter().map(|p| p[1]).sum::<f64>() / n]
 }
 
-fn longest_side(polygon: &[Point], lean_rad: Option<f64>) -> Point {
+fn longest_side(polygon: &[PlanePoint], lean_rad: Option<f64>) -> PlanePoint {
     if let Some(lean) = lean_rad {
         return [lean.cos(), lean.sin()];
     }
@@ -175,9 +175,9 @@ fn longest_side(polygon: &[Point], lean_rad: Option<f64>) -> Point {
 }
 
 /// The part of a convex polygon on one side of a line.
-fn clip(polygon: &[Point], normal: Point, offset: f64, side: f64) -> Vec<Point> {
+fn clip(polygon: &[PlanePoint], normal: PlanePoint, offset: f64, side: f64) -> Vec<PlanePoint> {
     let n = polygon.len();
-    let height = |p: Point| (dot(normal, p) - offset) * side;
+    let height = |p: PlanePoint| (dot(normal, p) - offset) * side;
     let mut out = Vec::new();
     for i in 0..n {
         let (a, b) = (polygon[i], polygon[(i + 1) % n]);

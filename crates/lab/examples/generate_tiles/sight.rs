@@ -25,7 +25,7 @@ const TOP_M: f64 = 32.0;
 const RAYS: usize = 3;
 
 /// Position and attitude of the camera.
-pub struct CameraPose {
+pub struct SightPose {
     /// The point straight below.
     pub nadir: Geodetic,
     /// Clockwise from true north.
@@ -61,7 +61,7 @@ pub struct Sight {
 
 impl Sight {
     /// Places the camera at a pose, over a canvas whose north-western corner has these grid coordinates.
-    pub fn new(pose: &CameraPose, corner: [f64; 2]) -> Self {
+    pub fn new(pose: &SightPose, corner: [f64; 2]) -> Self {
         // Heading turns the level axes, pitch lifts the nose, roll lowers the right wing.
         let (sin_h, cos_h) = pose.heading_rad.sin_cos();
         let (sin_p, cos_p) = pose.pitch_rad.sin_cos();

@@ -1,8 +1,9 @@
 //! Plots of a replayed flight: errors over time, tiles searched, and the chronogram of registrations.
 
-use super::chart::{BOUND, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
+use super::chart::{BOUND, Chart, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -85,13 +86,9 @@ pub fn chronogram(flown: &ReplayedFlight) -> String {
     })
 }
 
-type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
+type ReplayChart<'a, 'b> = Chart<'a, 'b, RangedCoordf64, RangedCoordf64>;
 
-fn draw_registrations(chart: &mut Chart, flown: &ReplayedFlight, o: &FlyOutcome, least_s: f64) -> Drawn {
+fn draw_registrations(chart: &mut ReplayChart, flown: &ReplayedFlight, o: &FlyOutcome, least_s: f64) -> Drawn {
     let (t, p) = (o.position.time_s, &o.position);
     if p.relative_count > 0 {
         let end = t + flown.execution_times.relative_s.max(least_s);

@@ -82,7 +82,7 @@ impl RelativeSample {
 
 /// A row of `samples.csv`.
 #[derive(Serialize, Default)]
-struct SampleRow {
+struct RegistrationRow {
     image: usize,
     overlap_percent: Shortest,
     limit: usize,
@@ -98,7 +98,7 @@ struct SampleRow {
     keypoint_drift_px: Option<Decimals<6>>,
 }
 
-impl SampleRow {
+impl RegistrationRow {
     fn new(s: &RelativeSample) -> Self {
         Self {
             image: s.image,
@@ -120,7 +120,7 @@ impl SampleRow {
 
 /// The samples as CSV, a row each; absent numbers are empty cells.
 pub fn samples_csv(samples: &[RelativeSample]) -> String {
-    csv_text(samples.iter().map(SampleRow::new))
+    csv_text(samples.iter().map(RegistrationRow::new))
 }
 
 #[cfg(test)]

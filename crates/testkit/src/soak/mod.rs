@@ -3,6 +3,7 @@
 
 pub mod client;
 pub mod fault;
+mod malformed;
 pub mod question;
 pub mod run;
 
