@@ -1,4 +1,4 @@
-// The page: asks the service it came from, and draws what it answers. No other address is ever asked.
+// The page: asks its own service, and draws the answers. It contacts no other address.
 
 import { metresAcross, world } from "/page/mercator.js";
 import { Viewer } from "/page/viewer.js";
@@ -74,7 +74,7 @@ function chooseLayer() {
   const gsd = metresAcross((chosen.extent[1] + chosen.extent[3]) / 2) / 2 ** chosen.base_zoom / 512;
   const acquired = chosen.acquired ? (chosen.acquired[0] === chosen.acquired[1] ? chosen.acquired[0] : chosen.acquired.join(" to ")) : "date unknown";
   $("about").textContent = `${chosen.base_tiles} tiles of zoom ${chosen.base_zoom}, about ${round(gsd, gsd < 1 ? 3 : 2)} m per pixel, ${acquired}`;
-  // An image of about one tile, lost by about half of one: a question worth asking on any layer.
+  // Defaults that suit any layer: an image of about one tile, uncertain by about half a tile.
   const edge = gsd * 512;
   const size = Number(edge.toPrecision(2));
   const defaults = { across_m: size, along_m: Number((edge * 0.75).toPrecision(2)), drift_m: Number((edge / 2).toPrecision(1)), inaccuracy_m: Number((gsd * 10).toPrecision(1)), sigma_east_m: Number((edge / 3).toPrecision(1)), sigma_north_m: Number((edge / 3).toPrecision(1)) };

@@ -38,7 +38,7 @@ struct ExportInfo {
 }
 
 impl ExportInfo {
-    fn of(manifest: Manifest) -> Self {
+    fn from_manifest(manifest: Manifest) -> Self {
         Self {
             cut_from: manifest.cut_from,
             corridor_m: manifest.route.corridor_m,
@@ -99,7 +99,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         tiles: reader.layers().iter().map(|l| l.tiles).sum(),
         bytes: reader.bytes(),
         layers,
-        exported: reader.manifest().and_then(|text| Manifest::from_text(text).ok()).map(ExportInfo::of),
+        exported: reader.manifest().and_then(|text| Manifest::from_text(text).ok()).map(ExportInfo::from_manifest),
     };
     output.say(&info, || describe(&info));
     Ok(Exit::Done)

@@ -1,6 +1,7 @@
 //! The words of a problem document: what happened and what to do, without the server's own paths.
 
 use super::error::ServerError;
+use super::remedy::spell;
 use overfly_flight::locate::LocateError;
 use overfly_flight::locate::candidates::CandidatesError;
 use overfly_store::StoreError;
@@ -16,10 +17,17 @@ pub(super) fn detail(error: &ServerError) -> String {
 }
 
 fn store_detail(error: &StoreError) -> String {
-    // SQLite's own message holds the path.
-    if matches!(error, StoreError::Denied { .. }) {
-        return "no permission to read the store's file".to_owned();
-    }
-    let text = error.to_string();
-    text.split_once(": ").map_or(text.clone(), |(_, rest)| rest.to_owned())
+    let fact = match error {
+        // SQLite's own message holds the path.
+        StoreError::Denied { .. } => "no permission to read the store's file".to_owned(),
+        other => {
+            let text = other.to_string();
+            text.split_once(": ").map_or(text.clone(), |(_, rest)| rest.to_owned())
+        }
+    };
+    let remedy = match error {
+        StoreError::NoLayer { .. } => Some("GET /v1/layers lists the layers"),
+        other => other.remedy().and_then(spell),
+    };
+    remedy.map_or(fact.clone(), |remedy| format!("{fact}; {remedy}"))
 }

@@ -41,6 +41,7 @@ mod page;
 mod problem;
 mod query;
 mod range;
+mod remedy;
 mod router;
 mod service;
 mod state;

@@ -155,7 +155,7 @@ fn table(parts: &[ExportedLevel]) -> String {
 fn coverage_text(coverage: &[CorridorCoverage]) -> String {
     let line = |c: &CorridorCoverage| {
         format!(
-            "layer {}: the map shows {:.1} % of the corridor, {:.1} % where it shows least; less than half in {:.1} % of the way",
+            "layer {}: the map shows {:.1} % of the corridor, at least {:.1} %; less than half along {:.1} % of the route",
             c.layer,
             100.0 * c.mean,
             100.0 * c.least,
