@@ -1,5 +1,6 @@
 //! `overfly experiment` repeats the paper's section V.D, says which laws hold, and gives the same pairs for the same seed.
 
+use super::needs::real_data;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -179,14 +180,11 @@ fn says_which_photo_or_option_it_cannot_use() {
     }
 }
 
-/// Brighton's photos, where they are: the figures that the README states come out again but for the times.
+/// The published figures of Brighton's photos come out again, except for the times.
 #[test]
-fn real_photos_need_a_tenth_of_the_papers_matches() {
-    let photos = overfly_testkit::drawn::project("../shared/data/brighton/photos");
-    if !photos.exists() {
-        eprintln!("SKIPPED: no photos in {}", photos.display());
-        return;
-    }
+#[ignore = "needs brighton"]
+fn needs_brighton_real_photos_need_a_tenth_of_the_papers_matches() {
+    let photos = real_data("brighton/photos");
     let mut names: Vec<_> =
         std::fs::read_dir(&photos).unwrap().map(|e| e.unwrap().path().display().to_string()).collect();
     names.sort();

@@ -1,5 +1,7 @@
 //! An export holds what a flight needs and nothing else changes: answers, bytes, rules.
 
+use super::gdal::opens_and_validates;
+use super::needs::real_data;
 use overfly_core::geodesy::{Geodesic, Geodetic, LocalFrame, MercatorPoint, destination};
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::route::Route;
@@ -219,15 +221,11 @@ fn off_route_m(flight: &Path, route: &Route) -> Vec<f64> {
     truths.records().map(|row| off_m(row.unwrap())).collect()
 }
 
-/// The imagery of North Dakota of 2018, and a flight over it; where they are present.
+/// The imagery of North Dakota of 2018, and a flight over it.
 #[test]
-fn naip_along_three_kilometres_answers_as_the_full_store() {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/naip");
-    let source = data.join("m_4709963_se_14_1_20180716.tif");
-    if !source.exists() {
-        eprintln!("SKIPPED naip_along_three_kilometres_answers_as_the_full_store: {} is absent", source.display());
-        return;
-    }
+#[ignore = "needs naip"]
+fn needs_naip_along_three_kilometres_answers_as_the_full_store() {
+    let source = real_data("naip/m_4709963_se_14_1_20180716.tif");
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let (db, out, line) = (at("n18.gpkg"), at("cut.gpkg"), at("route.geojson"));
@@ -244,7 +242,7 @@ fn naip_along_three_kilometres_answers_as_the_full_store() {
     std::fs::write(&line, serde_json::json!({"type": "LineString", "coordinates": ends}).to_string()).unwrap();
     let [from, to, along] = [&db, &out, &line].map(|path| path.to_str().unwrap());
     overfly(&["export", "--db", from, "--route", along, "--corridor-m", "1500", "--out", to]);
-    let flight = data.join("flight_2018");
+    let flight = real_data("naip/flight_2018");
     let (full, cut) = (scored(&db, &flight, &at("full")), scored(&out, &flight, &at("cut")));
     let off_m = off_route_m(&flight, &route(ends[0], ends[1])[0]);
     assert_eq!((full.len(), cut.len()), (off_m.len(), off_m.len()));
@@ -407,30 +405,12 @@ fn a_dry_run_prints_bytes_and_coverage_and_writes_nothing() {
 }
 
 #[test]
-fn gdal_opens_an_export_and_its_validator_finds_nothing() {
+#[ignore = "needs gdal"]
+fn needs_gdal_gdal_opens_an_export_and_its_validator_finds_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("cut.gpkg");
     export_to(drawn_store(), &drawn_request(), &out);
-    if !Command::new("gdalinfo").arg("--version").output().is_ok_and(|o| o.status.success()) {
-        eprintln!("SKIPPED gdal_opens_an_export_and_its_validator_finds_nothing: gdalinfo is absent");
-        return;
-    }
-    let said = |command: &mut Command| {
-        let done = command.output().unwrap();
-        let text = String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.success(), "{text}");
-        text
-    };
-    let raster = said(Command::new("gdalinfo").arg("-checksum").arg(&out));
-    assert!(raster.contains("GPKG") && raster.contains("Overviews") && !raster.contains("Warning"), "{raster}");
-    let python = "/usr/bin/python3";
-    let module = "osgeo_utils.samples.validate_gpkg";
-    if Command::new(python).args(["-c", &format!("import {module}")]).output().is_ok_and(|o| o.status.success()) {
-        let found = said(Command::new(python).args(["-m", module]).arg(&out));
-        assert!(!found.to_lowercase().contains("error"), "{found}");
-    } else {
-        eprintln!("SKIPPED in part: GDAL's validate_gpkg is absent");
-    }
+    opens_and_validates(&out);
 }
 
 #[test]

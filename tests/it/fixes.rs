@@ -1,5 +1,6 @@
-//! A fix is right or is none: on the project's own drawn tiles always, on real imagery where it is present.
+//! A fix is right or is none: on the project's own drawn tiles always, on real imagery on demand.
 
+use super::needs::real_data;
 use overfly_core::camera::{Intrinsics, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
@@ -9,7 +10,7 @@ use overfly_lab::trial::bands::{count_band, nees_band};
 use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight};
 use overfly_store::Reader;
 use overfly_testkit::drawn::{built, drawn_store as drawn, project};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 fn trial() -> FixTrial {
     FixTrial {
@@ -182,21 +183,12 @@ fn questions_that_cannot_be_asked_are_refused_by_name() {
     assert!(matches!(refused(&elsewhere), LocateError::Store(_)));
 }
 
-/// A file of the shared imagery, or `None` with a word on standard error.
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = project("../shared/data").join(path);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("SKIPPED: {} is absent", path.display());
-    None
-}
-
 #[test]
-fn a_real_flight_is_located_over_its_own_year_and_another() {
-    let Some(flight) = shared("naip/flight_2018") else { return };
+#[ignore = "needs naip"]
+fn needs_naip_a_real_flight_is_located_over_its_own_year_and_another() {
+    let flight = real_data("naip/flight_2018");
     for (year, least_right, most_median_m) in [("20180716", 48, 0.6), ("20160816", 46, 3.0)] {
-        let Some(map) = shared(&format!("naip/m_4709963_se_14_1_{year}.tif")) else { return };
+        let map = real_data(&format!("naip/m_4709963_se_14_1_{year}.tif"));
         let folder = tempfile::tempdir().unwrap();
         let (score, _) = score(&trial(), &built(folder.path(), &map), &flight, 15.0);
         assert_eq!(score.wrong, 0, "{year} {score:?}");
@@ -207,8 +199,9 @@ fn a_real_flight_is_located_over_its_own_year_and_another() {
 }
 
 #[test]
-fn real_photos_that_reach_beyond_their_map_are_located() {
-    let (Some(flight), Some(map)) = (shared("brighton"), shared("brighton/ortho_0.09m.tif")) else { return };
+#[ignore = "needs brighton"]
+fn needs_brighton_real_photos_that_reach_beyond_their_map_are_located() {
+    let (flight, map) = (real_data("brighton"), real_data("brighton/ortho_0.09m.tif"));
     let folder = tempfile::tempdir().unwrap();
     let trial = FixTrial { prior_error_m: 30.0, ..trial() };
     let (score, _) = score(&trial, &built(folder.path(), &map), &flight, 5.0);

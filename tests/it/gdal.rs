@@ -1,6 +1,6 @@
-//! GIS tools open a store as it is, and read the imagery that they would have made themselves. Skipped where GDAL's
-//! programs or the data are absent.
+//! GIS tools open a store as it is, and read the imagery that they would have made themselves.
 
+use super::needs::real_data;
 use overfly_ingest::build::{self, Request};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -11,24 +11,12 @@ const LEVELS: f64 = 4.0;
 /// Displacement allowed, tile pixels.
 const DISPLACEMENT_PX: f64 = 0.1;
 
-fn naip() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/naip/m_4709963_se_14_1_20180716.tif");
-    let found = path.exists();
-    if !found {
-        eprintln!("SKIPPED: {} is absent", path.display());
-    }
-    found.then_some(path)
+fn naip() -> PathBuf {
+    real_data("naip/m_4709963_se_14_1_20180716.tif")
 }
 
-fn has(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
-    if !found {
-        eprintln!("SKIPPED: {program} is absent");
-    }
-    found
-}
-
-fn output(command: &mut Command) -> String {
+/// What a command prints; the command must succeed.
+pub fn output(command: &mut Command) -> String {
     let output = command.output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{command:?}: {text}");
@@ -48,32 +36,25 @@ fn store(folder: &Path, source: &Path) -> PathBuf {
     db
 }
 
-#[test]
-fn gdal_opens_a_store_and_its_validator_finds_nothing() {
-    let Some(source) = naip() else { return };
-    if !has("gdalinfo") || !has("ogrinfo") {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let db = store(folder.path(), &source);
-    let raster = output(Command::new("gdalinfo").arg(&db));
+/// GDAL opens the raster of a GeoPackage without a warning, and its validator finds nothing.
+pub fn opens_and_validates(db: &Path) {
+    let raster = output(Command::new("gdalinfo").arg("-checksum").arg(db));
     assert!(raster.contains("GPKG") && raster.contains("Overviews") && !raster.contains("Warning"), "{raster}");
+    let found = output(Command::new("/usr/bin/python3").args(["-m", "osgeo_utils.samples.validate_gpkg"]).arg(db));
+    assert!(!found.to_lowercase().contains("error"), "{found}");
+}
+
+#[test]
+#[ignore = "needs gdal and naip"]
+fn needs_gdal_and_naip_gdal_opens_a_store_and_its_validator_finds_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let db = store(folder.path(), &naip());
+    opens_and_validates(&db);
     let features = output(Command::new("ogrinfo").args(["-ro", "-so", "-al"]).arg(&db));
     assert!(
         features.contains("footprints") && features.contains("Polygon") && !features.contains("Warning"),
         "{features}"
     );
-    let python = "/usr/bin/python3";
-    if Command::new(python)
-        .args(["-c", "import osgeo_utils.samples.validate_gpkg"])
-        .output()
-        .is_ok_and(|o| o.status.success())
-    {
-        let found = output(Command::new(python).args(["-m", "osgeo_utils.samples.validate_gpkg"]).arg(&db));
-        assert!(!found.to_lowercase().contains("error"), "{found}");
-    } else {
-        eprintln!("SKIPPED: GDAL's validate_gpkg is absent");
-    }
 }
 
 /// Raw RGBA of a GeoPackage's or image's pixels by GDAL, band after band.
@@ -83,11 +64,9 @@ fn bands(image: &Path, raw: &Path) -> Vec<u8> {
 }
 
 #[test]
-fn gdal_reads_back_what_it_would_have_warped_itself() {
-    let Some(source) = naip() else { return };
-    if !has("gdal_translate") || !has("gdalwarp") {
-        return;
-    }
+#[ignore = "needs gdal and naip"]
+fn needs_gdal_and_naip_gdal_reads_back_what_it_would_have_warped_itself() {
+    let source = naip();
     let folder = tempfile::tempdir().unwrap();
     let db = store(folder.path(), &source);
     let ours = bands(&db, &folder.path().join("ours.img"));

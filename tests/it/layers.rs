@@ -1,308 +1,315 @@
-//! The house's rules, kept by reading its own sources: which module may use which, what the pure ones must not touch,
-//! where SQL stands, and what onboard cannot reach.
+//! The rules of the workspace that the compiler does not keep: what core must not touch, where SQL stands, what each crate
+//! may be built with, no circles, no long functions or files, no old names.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use super::imports::{Arrows, Graph, circles};
+use super::sources::{SourceFile, functions, packages, root, rust_files, sources, words_and_strings};
+use std::collections::BTreeSet;
+use std::process::Command;
 
-/// Each module and what it may use of its neighbours, bottom first. `server` and the binary's `cli` are on top.
-const MAY_USE: &[(&str, &[&str])] = &[
-    ("simd", &[]),
-    ("geodesy", &[]),
-    ("pixels", &["simd"]),
-    ("tile", &["geodesy"]),
-    ("raster", &["geodesy", "tile", "pixels"]),
-    ("camera", &["geodesy", "pixels"]),
-    ("feature", &["simd", "pixels"]),
-    ("registration", &["simd", "geodesy", "pixels", "feature"]),
-    ("coupling", &["geodesy"]),
-    ("region", &["geodesy", "tile", "coupling"]),
-    ("store", &["geodesy", "pixels", "tile", "feature"]),
-    ("build", &["geodesy", "pixels", "tile", "raster", "feature", "store"]),
-    ("locate", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "coupling", "region", "store"]),
-    ("explain", &["geodesy", "pixels", "tile", "camera", "feature", "registration", "store", "locate"]),
-    ("navigate", &["geodesy", "pixels", "camera", "registration", "coupling", "store", "locate"]),
-    ("plan", &["geodesy", "tile", "camera", "coupling", "region", "store"]),
-    ("package", &["geodesy", "tile", "coupling", "region", "store", "plan"]),
-    (
-        "trial",
-        &[
-            "geodesy",
-            "pixels",
-            "tile",
-            "raster",
-            "camera",
-            "feature",
-            "registration",
-            "coupling",
-            "region",
-            "store",
-            "locate",
-            "navigate",
-        ],
-    ),
-    ("report", &["geodesy", "pixels", "tile", "camera", "coupling", "locate", "navigate", "plan", "trial"]),
-    (
-        "server",
-        &[
-            "geodesy",
-            "pixels",
-            "tile",
-            "raster",
-            "camera",
-            "feature",
-            "registration",
-            "coupling",
-            "region",
-            "store",
-            "build",
-            "locate",
-            "plan",
-            "package",
-        ],
-    ),
-];
+/// The libraries from the bottom up: each may depend only on those before it.
+const ORDER: [&str; 7] = ["core", "store", "flight", "capi", "ingest", "lab", "testkit"];
 
-/// Numbers and plain structs in, numbers and plain structs out.
-const PURE: &[&str] = &["geodesy", "pixels", "tile", "camera", "feature", "registration", "coupling", "region"];
+/// Most lines of a function, from `fn` to its closing brace.
+const MOST_FUNCTION_LINES: usize = 60;
+/// Most lines of a file without its unit tests.
+const MOST_FILE_LINES: usize = 400;
 
-/// What a pure module must not name: files, clocks, environment, printing, globals, unseeded randomness.
-const IMPURE: &[&str] = &[
-    "std::fs",
-    "std::net",
-    "std::env",
-    "std::process",
-    "std::io::stdout",
-    "std::io::stderr",
-    "std::io::stdin",
+/// Words that core's code must not have: files, clocks, environment, printing, globals, unseeded randomness.
+const IMPURE_WORDS: &[&str] = &[
+    "fs",
+    "net",
+    "env",
+    "process",
+    "stdout",
+    "stderr",
+    "stdin",
     "Instant",
     "SystemTime",
-    "println!",
-    "eprintln!",
-    "print!(",
-    "dbg!",
-    "tracing::",
-    "static mut",
+    "println",
+    "eprintln",
+    "print",
+    "eprint",
+    "dbg",
+    "tracing",
     "LazyLock",
+    "LazyCell",
     "OnceLock",
     "OnceCell",
-    "thread_local!",
+    "thread_local",
     "thread_rng",
-    "rand::rng()",
     "from_os_rng",
     "from_entropy",
-    "rusqlite",
 ];
 
-/// One source file: its path under `src/`, and its code without comments, strings and unit tests.
-struct Source {
-    path: PathBuf,
-    code: String,
-    /// As `code`, with its strings.
-    text: String,
+/// What a crate must be built without, by its package: none of these is in the tree of its normal dependencies.
+const WITHOUT: &[(&str, &[&str])] = &[
+    ("overfly-core", &["serde_json", "rusqlite", "overfly-store", "axum", "clap", "plotters", "utoipa"]),
+    ("overfly-store", &["axum", "clap", "plotters", "utoipa"]),
+    ("overfly-flight", &["axum", "clap", "plotters", "proj4rs", "tiff-reader", "utoipa"]),
+    ("overfly-ingest", &["axum", "clap", "utoipa"]),
+    ("overfly-lab", &["axum", "utoipa"]),
+    ("overfly-capi", &["axum", "clap", "plotters", "proj4rs", "tiff-reader", "utoipa"]),
+];
+
+/// Types that were renamed to the field's words (left: the old name, right: the new one).
+const OLD_TYPES: &[(&str, &str)] = &[
+    ("Judge", "Verifier"),
+    ("Shelf", "an LRU cache"),
+    ("Keep", "cache limits"),
+    ("Witness", "footprint proof"),
+    ("Outlet", "atomic file"),
+    ("Patience", "search widening"),
+];
+
+/// Words that were replaced, in code, comments and documents.
+const OLD_WORDS: &[&str] = &["shedding", "strangers", "outlet", "patience", "judge", "shelf", "witness"];
+
+/// Files whose functions and length are bounded: the program and the libraries, not the rigs and their kit.
+fn is_bounded(source: &SourceFile) -> bool {
+    source.package != "testkit"
 }
 
-impl Source {
-    /// The module it belongs to: the first part of its path.
-    fn module(&self) -> &str {
-        self.path.iter().next().and_then(|p| p.to_str()).unwrap_or("").trim_end_matches(".rs")
-    }
-}
-
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-}
-
-/// Every file under `src/` that is not a unit test.
-fn sources() -> Vec<Source> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    rust_files(&root, &mut files);
-    files.sort();
-    let mut sources = Vec::new();
-    for file in files.into_iter().filter(|f| !f.ends_with("tests.rs")) {
-        let whole = std::fs::read_to_string(&file).unwrap();
-        let text = without_comments(whole.split("#[cfg(test)]").next().unwrap_or(""));
-        let path = file.strip_prefix(&root).unwrap().to_path_buf();
-        sources.push(Source { path, code: without_strings(&text), text });
-    }
-    assert!(sources.len() > 50, "found only {} sources", sources.len());
-    sources
-}
-
-fn without_comments(text: &str) -> String {
-    text.lines().map(|line| line.split_once("//").map_or(line, |(code, _)| code)).collect::<Vec<_>>().join("\n")
-}
-
-/// Drops what stands between quotes; a file's odd quote (a char literal) only hides the rest of its line.
-fn without_strings(text: &str) -> String {
-    text.lines().map(|line| line.split('"').step_by(2).collect::<Vec<_>>().join("\"\"")).collect::<Vec<_>>().join("\n")
-}
-
-/// The neighbours that a file names by `crate::`, in paths and in grouped imports.
-fn neighbours(code: &str) -> Vec<String> {
-    let mut names = Vec::new();
-    for rest in code.split("crate::").skip(1) {
-        let heads = match rest.strip_prefix('{') {
-            Some(group) => top_level_items(group),
-            None => vec![rest.to_owned()],
-        };
-        for head in heads {
-            let name: String = head.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            names.extend((!name.is_empty()).then_some(name));
-        }
-    }
-    names
-}
-
-/// The comma-separated items of a group up to its closing brace.
-fn top_level_items(group: &str) -> Vec<String> {
-    let (mut items, mut item, mut depth) = (Vec::new(), String::new(), 0);
-    for c in group.chars() {
-        match c {
-            '}' if depth == 0 => break,
-            ',' if depth == 0 => items.push(std::mem::take(&mut item)),
-            _ => {
-                depth += i32::from(c == '{') - i32::from(c == '}');
-                item.push(c);
-            }
-        }
-    }
-    items.push(item);
-    items
+/// Fails with a list, which goes to `target/offenders/` too.
+fn none_of(offenders: &[String], rule: &str) {
+    let folder = root().join("target/offenders");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join(rule), offenders.join("\n")).unwrap();
+    assert!(offenders.is_empty(), "{rule}:\n{}", offenders.join("\n"));
 }
 
 #[test]
-fn modules_use_only_what_lies_below_them() {
-    let may_use: BTreeMap<_, _> = MAY_USE.iter().copied().collect();
-    let mut broken = Vec::new();
+fn core_touches_no_file_clock_environment_or_global() {
+    let mut offenders = Vec::new();
+    for source in sources().iter().filter(|s| s.package == "core") {
+        let (words, _) = words_and_strings(source);
+        for pair in words.windows(2) {
+            let [(word, line), (next, _)] = pair else { continue };
+            if IMPURE_WORDS.contains(&word.as_str()) || word == "static" && next == "mut" {
+                offenders.push(format!("{}:{line}: {word}", source.path));
+            }
+        }
+    }
+    none_of(&offenders, "core-is-pure");
+}
+
+#[test]
+fn no_unsafe_code_outside_simd_and_the_c_interface() {
+    let mut offenders = Vec::new();
     for source in sources() {
-        let module = source.module();
-        if matches!(module, "cli" | "main" | "lib") {
-            continue;
-        }
-        let Some(allowed) = may_use.get(module) else {
-            panic!("src/{} belongs to no module that the rules know; add it to MAY_USE", source.path.display());
-        };
-        for name in neighbours(&source.code) {
-            if name != module && !allowed.contains(&name.as_str()) {
-                broken.push(format!("{} uses {name}", source.path.display()));
-            }
+        let (words, _) = words_and_strings(&source);
+        let may = source.package == "capi" || ["simd", "target_feature", "x86"].iter().any(|w| source.text.contains(w));
+        if let Some((_, line)) = words.iter().find(|(w, _)| w == "unsafe").filter(|_| !may) {
+            offenders.push(format!("{}:{line}: unsafe", source.path));
         }
     }
-    assert!(broken.is_empty(), "{broken:#?}");
-}
-
-#[test]
-fn nothing_stands_above_what_it_is_used_by() {
-    for (k, (module, uses)) in MAY_USE.iter().enumerate() {
-        for used in *uses {
-            let below = MAY_USE[..k].iter().any(|(name, _)| name == used);
-            assert!(below, "{module} may use {used}, which does not stand below it");
-        }
-    }
-}
-
-#[test]
-fn pure_modules_touch_no_file_clock_global_or_dice() {
-    let mut broken = Vec::new();
-    for source in sources().into_iter().filter(|s| PURE.contains(&s.module())) {
-        broken.extend(
-            IMPURE
-                .iter()
-                .filter(|word| source.code.contains(**word))
-                .map(|word| format!("{} names {word}", source.path.display())),
-        );
-    }
-    assert!(broken.is_empty(), "{broken:#?}");
+    none_of(&offenders, "unsafe-stays-in-kernels");
 }
 
 #[test]
 fn sql_stands_in_store_and_migrations_only() {
-    const SQL: &[&str] = &["SELECT ", "INSERT INTO", "UPDATE ", "DELETE FROM", "CREATE TABLE", "PRAGMA ", "rusqlite"];
-    let mut broken = Vec::new();
-    for source in sources().into_iter().filter(|s| s.module() != "store") {
-        broken.extend(
-            SQL.iter()
-                .filter(|word| source.text.contains(**word))
-                .map(|word| format!("{} holds {word:?}", source.path.display())),
-        );
+    const SQL: &[&str] = &["SELECT ", "INSERT INTO", "UPDATE ", "DELETE FROM", "CREATE TABLE", "PRAGMA "];
+    let mut offenders = Vec::new();
+    for source in sources().iter().filter(|s| !matches!(s.package.as_str(), "store" | "testkit")) {
+        let (words, strings) = words_and_strings(source);
+        let sql = strings.iter().filter(|(text, _)| SQL.iter().any(|word| text.contains(word)));
+        let sqlite = words.iter().filter(|(word, _)| word == "rusqlite");
+        offenders.extend(sql.chain(sqlite).map(|(text, line)| format!("{}:{line}: {text}", source.path)));
     }
-    assert!(broken.is_empty(), "{broken:#?}");
-}
-
-#[test]
-fn only_build_and_cli_reach_the_writer() {
-    for source in sources().into_iter().filter(|s| !matches!(s.module(), "store" | "build" | "cli")) {
-        let names_writer = source.code.contains("store::Writer")
-            || source.code.split_once("store::{").is_some_and(|(_, rest)| {
-                top_level_items(rest).iter().any(|item| item.trim() == "Writer" || item.trim() == "remove_layer")
-            });
-        assert!(!names_writer, "{} reaches the store's Writer", source.path.display());
-    }
-    for source in sources().into_iter().filter(|s| !matches!(s.module(), "store" | "build" | "package")) {
-        assert!(!source.code.contains("Extract"), "{} makes stores", source.path.display());
-    }
+    none_of(&offenders, "sql-in-store-only");
 }
 
 #[test]
 fn the_reader_has_no_statement_that_writes() {
-    for file in [
-        "store/reader.rs",
-        "store/stored_tile.rs",
-        "store/footprint_proof.rs",
-        "store/footprint_queries.rs",
-        "store/ground.rs",
-    ] {
-        let reader = sources().into_iter().find(|s| s.path == Path::new(file)).expect("one of the reader's files");
-        for word in ["INSERT", "UPDATE ", "DELETE", "CREATE", "DROP", "ALTER", "VACUUM", "&mut self"] {
-            assert!(!reader.text.contains(word), "{file} holds {word:?}");
+    let all = sources();
+    let store: Vec<&SourceFile> = all.iter().filter(|s| s.package == "store").collect();
+    let is_reader = |s: &SourceFile| s.text.contains("impl Reader") || s.text.contains("impl<'a> Reader");
+    let reader: Vec<&&SourceFile> = store.iter().filter(|s| is_reader(s)).collect();
+    assert!(reader.len() >= 3, "found only {} files of the reader", reader.len());
+    let mut offenders = Vec::new();
+    for source in reader {
+        let (_, strings) = words_and_strings(source);
+        for (text, line) in strings {
+            for word in ["INSERT", "UPDATE ", "DELETE", "CREATE", "DROP", "ALTER", "VACUUM"] {
+                if text.contains(word) {
+                    offenders.push(format!("{}:{line}: {word}", source.path));
+                }
+            }
         }
     }
+    none_of(&offenders, "reader-does-not-write");
 }
 
 #[test]
-fn every_file_says_what_it_is_for_and_none_is_a_drawer() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    for folder in ["src", "tests", "examples"] {
-        rust_files(&root.join(folder), &mut files);
+fn only_ingest_and_the_program_reach_the_writer() {
+    let mut offenders = Vec::new();
+    for source in sources().iter().filter(|s| matches!(s.package.as_str(), "core" | "flight" | "capi" | "lab")) {
+        let (words, _) = words_and_strings(source);
+        let writes = words.iter().filter(|(w, _)| matches!(w.as_str(), "Writer" | "Extract" | "remove_layer"));
+        offenders.extend(writes.map(|(word, line)| format!("{}:{line}: {word}", source.path)));
     }
-    for file in files {
-        let text = std::fs::read_to_string(&file).unwrap();
-        let name = file.file_stem().and_then(|n| n.to_str()).unwrap_or("");
-        assert!(text.starts_with("//!"), "{} does not open with //!", file.display());
-        assert!(
-            !["utils", "util", "common", "helpers", "helper", "manager", "misc"].contains(&name),
-            "{} is a drawer",
-            file.display()
-        );
+    none_of(&offenders, "writer-stays-on-the-ground");
+}
+
+#[test]
+fn each_library_depends_only_on_those_below_it() {
+    let mut offenders = Vec::new();
+    for (name, folder) in packages().into_iter().filter(|(name, _)| name != "overfly") {
+        let place = ORDER.iter().position(|o| *o == name);
+        let Some(place) = place else { panic!("crates/{name} has no place in ORDER") };
+        let manifest: toml::Table = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap().parse().unwrap();
+        let dependencies = manifest["dependencies"].as_table().unwrap();
+        for dependency in dependencies.keys().filter_map(|k| k.strip_prefix("overfly-")) {
+            if !ORDER[..place].contains(&dependency) {
+                offenders.push(format!("{name} depends on {dependency}"));
+            }
+        }
     }
+    none_of(&offenders, "crates-point-downwards");
+}
+
+#[test]
+fn each_library_is_built_without_what_it_must_not_have() {
+    let mut offenders = Vec::new();
+    for (package, without) in WITHOUT {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let tree = Command::new(cargo)
+            .args(["tree", "--offline", "-e", "normal", "--prefix", "none", "-p", package])
+            .current_dir(root())
+            .output()
+            .unwrap();
+        assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+        let text = String::from_utf8(tree.stdout).unwrap();
+        let names: BTreeSet<&str> = text.lines().filter_map(|l| l.split(' ').next()).collect();
+        assert!(names.contains(package), "{text}");
+        offenders.extend(without.iter().filter(|w| names.contains(**w)).map(|w| format!("{package} is built with {w}")));
+    }
+    none_of(&offenders, "built-without");
+}
+
+/// Folders (or files) at the top of a package, and which uses which.
+fn modules_of(arrows: &Arrows) -> BTreeSet<(String, String)> {
+    let top = |path: &str| {
+        let inside = path.split_once("src/").map_or(path, |(_, rest)| rest);
+        let package = path.split("src/").next().unwrap_or_default();
+        format!("{package}src/{}", inside.split('/').next().unwrap_or(inside).trim_end_matches(".rs"))
+    };
+    arrows.keys().map(|(a, b)| (top(a), top(b))).filter(|(a, b)| a != b).collect()
+}
+
+#[test]
+fn no_file_is_in_a_circle_of_imports() {
+    let all = sources();
+    let mut offenders = Vec::new();
+    for (package, _) in packages() {
+        let arrows = Graph::new(all.iter().filter(|s| s.package == package)).arrows();
+        assert!(arrows.len() > 3 || package == "capi", "{package} has {} arrows", arrows.len());
+        for circle in circles(&arrows.keys().cloned().collect()) {
+            offenders.push(format!("circle of {} files in {package}:", circle.len()));
+            for ((from, to), items) in arrows.iter().filter(|((a, b), _)| circle.contains(a) && circle.contains(b)) {
+                offenders.push(format!("  {from} -> {to}: {}", items.iter().cloned().collect::<Vec<_>>().join(", ")));
+            }
+        }
+        for circle in circles(&modules_of(&arrows)) {
+            offenders.push(format!("circle of modules in {package}: {circle:?}"));
+            let inside = |path: &String| {
+                circle.iter().any(|c| path.starts_with(&format!("{c}/")) || *path == format!("{c}.rs"))
+            };
+            for ((from, to), items) in arrows.iter().filter(|((a, b), _)| inside(a) && inside(b)) {
+                let (a, b) = (circle.iter().find(|c| from.starts_with(*c)), circle.iter().find(|c| to.starts_with(*c)));
+                if a != b {
+                    offenders.push(format!("  {from} -> {to}: {items:?}"));
+                }
+            }
+        }
+    }
+    none_of(&offenders, "circles");
+}
+
+#[test]
+fn no_function_is_longer_than_sixty_lines() {
+    let mut offenders = Vec::new();
+    for source in sources().iter().filter(|s| is_bounded(s)) {
+        for function in functions(source).into_iter().filter(|f| f.lines > MOST_FUNCTION_LINES) {
+            offenders.push(format!("{}:{}: {} has {} lines", source.path, function.line, function.name, function.lines));
+        }
+    }
+    none_of(&offenders, "long-functions");
 }
 
 #[test]
 fn unit_tests_aside_no_file_is_longer_than_four_hundred_lines() {
-    for source in sources() {
-        let lines = source.text.lines().count();
-        assert!(lines <= 400, "src/{} has {lines} lines", source.path.display());
+    let long = sources().into_iter().filter(|s| is_bounded(s) && s.lines > MOST_FILE_LINES);
+    none_of(&long.map(|s| format!("{}: {} lines", s.path, s.lines)).collect::<Vec<_>>(), "long-files");
+}
+
+#[test]
+fn every_file_says_what_it_is_for_and_none_is_a_drawer() {
+    let mut offenders = Vec::new();
+    for folder in ["src", "crates", "tests", "examples", "benches"] {
+        for file in rust_files(&root().join(folder)) {
+            let text = std::fs::read_to_string(&file).unwrap();
+            let name = file.file_stem().and_then(|n| n.to_str()).unwrap_or("");
+            if !text.starts_with("//!") && name != "tests" {
+                offenders.push(format!("{} does not open with //!", file.display()));
+            }
+            if ["utils", "util", "common", "helpers", "helper", "manager", "misc", "types"].contains(&name) {
+                offenders.push(format!("{} is a drawer", file.display()));
+            }
+        }
     }
+    none_of(&offenders, "files-say-what-they-are-for");
 }
 
 #[test]
 fn unwrap_stays_in_tests() {
-    let broken: Vec<_> = sources().into_iter().filter(|s| s.code.contains(".unwrap()")).map(|s| s.path).collect();
-    assert!(broken.is_empty(), "{broken:#?}");
+    let mut offenders = Vec::new();
+    for source in sources().iter().filter(|s| s.package != "testkit") {
+        let (words, _) = words_and_strings(source);
+        offenders.extend(words.iter().filter(|(w, _)| w == "unwrap").map(|(_, l)| format!("{}:{l}", source.path)));
+    }
+    none_of(&offenders, "unwrap");
+}
+
+/// The words of a text, split where no letter, digit or underscore stands.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty())
 }
 
 #[test]
-fn the_rules_themselves_see_what_they_forbid() {
-    let code = "use overfly_store::{Reader, Writer};\nuse crate::{server, tile::{TileId, Gsd}, geodesy};\nfn f() { overfly_lab::trial::x() }";
-    assert_eq!(neighbours(code), ["store", "server", "tile", "geodesy", "trial"]);
-    assert!(!without_strings(&without_comments("let a = \"Instant\"; // SystemTime")).contains("Instant"));
+fn the_old_names_are_gone_and_the_filter_is_found_by_its_name() {
+    let mut offenders = Vec::new();
+    let mut kalman = false;
+    let mut files: Vec<_> = ["src", "crates"].iter().flat_map(|f| rust_files(&root().join(f))).collect();
+    let documents = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
+    files.extend(documents.filter(|p| p.extension().is_some_and(|e| e == "md")));
+    files.extend(["README.md", "ARCHITECTURE.md"].map(|name| root().join(name)));
+    for file in files {
+        let name = file.strip_prefix(root()).unwrap().display().to_string();
+        for (number, line) in std::fs::read_to_string(&file).unwrap().lines().enumerate() {
+            for word in words(line) {
+                let old_type = OLD_TYPES.iter().find(|(old, _)| *old == word);
+                if let Some((old, new)) = old_type {
+                    offenders.push(format!("{name}:{}: {old} is now {new}", number + 1));
+                } else if OLD_WORDS.contains(&word.to_lowercase().as_str()) {
+                    offenders.push(format!("{name}:{}: {word}", number + 1));
+                }
+                kalman |= word == "Kalman";
+            }
+        }
+    }
+    if !kalman {
+        offenders.push("nothing says Kalman".into());
+    }
+    none_of(&offenders, "old-names");
+}
+
+#[test]
+fn constructors_are_new_from_or_parse_and_not_of() {
+    let mut offenders = Vec::new();
+    for source in sources().iter() {
+        for function in functions(source).into_iter().filter(|f| f.name == "of") {
+            offenders.push(format!("{}:{}: fn of", source.path, function.line));
+        }
+    }
+    none_of(&offenders, "constructors");
 }

@@ -1,0 +1,248 @@
+//! Locating a frame: the request, the fix, and why there is none.
+
+use crate::border::{Place, fixed, object, optional, stated};
+use crate::error::{call, overfly_status};
+use crate::frame::overfly_frame;
+use crate::store::overfly_store;
+use overfly_core::camera::Intrinsics;
+use overfly_flight::locate::candidates::default_layer;
+use overfly_flight::locate::{Answer, Fix, FixParameters, NoFix, Reason, ViewParameters, locate};
+use std::ffi::c_char;
+
+/// A pinhole camera with OpenCV's distortion model. Pixels are counted from the upper-left corner of the image.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct overfly_camera {
+    /// Columns of the sensor.
+    pub width_px: u32,
+    /// Rows of the sensor.
+    pub height_px: u32,
+    /// Focal length, pixels.
+    pub focal_length_px: f64,
+    /// Principal point, pixels right of and below the corner.
+    pub principal_point_px: [f64; 2],
+    /// k1, k2, p1, p2, k3.
+    pub distortion: [f64; 5],
+}
+
+/// What is known when a frame is to be located. Start from `overfly_fix_request_new()`, which states nothing.
+/// Either `gsd_m_per_px`, or `camera` and `height_m`, must be stated.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct overfly_fix_request {
+    /// The layer to search; null: the only one, or `ortho`.
+    pub layer: *const c_char,
+    /// Most likely latitude of the point straight below the camera, degrees; NaN: search the whole layer.
+    pub latitude_deg: f64,
+    /// Most likely longitude of that point, degrees; NaN: search the whole layer.
+    pub longitude_deg: f64,
+    /// One standard deviation of that position per axis, metres.
+    pub sigma_m: f64,
+    /// Direction of the upper edge of the image, degrees clockwise from true north; NaN: search a full turn.
+    pub heading_deg: f64,
+    /// One standard deviation of the heading, degrees (3 at first).
+    pub heading_sigma_deg: f64,
+    /// Ground sample distance of a camera that looks straight down, metres per pixel.
+    pub gsd_m_per_px: f64,
+    /// The camera, instead of a ground sample distance; null: none.
+    pub camera: *const overfly_camera,
+    /// Height of the camera above ground, metres.
+    pub height_m: f64,
+    /// Angle of the camera off nadir, degrees, positive ahead (0 at first).
+    pub pitch_deg: f64,
+    /// Angle of the camera off nadir, degrees, positive left (0 at first).
+    pub roll_deg: f64,
+    /// One standard deviation of the height or the ground sample distance, as a ratio of it (0.03 at first).
+    pub scale_sigma_ratio: f64,
+    /// Threads to search with (1 at first). The answer does not depend on it.
+    pub threads: u32,
+}
+
+/// Where the camera was.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct overfly_fix {
+    /// Latitude of the point straight below the camera, degrees.
+    pub latitude_deg: f64,
+    /// Longitude of that point, degrees.
+    pub longitude_deg: f64,
+    /// Variance of the position towards east, m^2.
+    pub covariance_ee_m2: f64,
+    /// Covariance of east and north, m^2.
+    pub covariance_en_m2: f64,
+    /// Variance of the position towards north, m^2.
+    pub covariance_nn_m2: f64,
+    /// Direction of the upper edge of the image, degrees clockwise from true north, [0, 360).
+    pub heading_deg: f64,
+    /// One standard deviation of the heading, degrees.
+    pub heading_sigma_deg: f64,
+    /// Ground sample distance of the frame, metres per pixel.
+    pub gsd_m_per_px: f64,
+    /// One standard deviation of the scale, as a ratio.
+    pub scale_sigma_ratio: f64,
+    /// Peak of the correlation surface in standard deviations (a z-score).
+    pub score: f64,
+    /// Probability that an accepted fix with this evidence is wrong.
+    pub false_fix_probability: f64,
+    /// Local windows that agree.
+    pub inliers: u32,
+    /// Base tiles whose imagery was searched.
+    pub tiles_searched: u32,
+}
+
+/// Why there is no fix.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct overfly_no_fix {
+    /// A stable word, such as `outside_map`.
+    pub reason: [c_char; 32],
+    /// The figures behind the reason, UTF-8, for people.
+    pub detail: [c_char; 256],
+    /// Base tiles whose imagery was searched.
+    pub tiles_searched: u32,
+}
+
+/// Returns a request that states nothing, with the usual standard deviations.
+#[unsafe(no_mangle)]
+pub extern "C" fn overfly_fix_request_new() -> overfly_fix_request {
+    overfly_fix_request {
+        layer: std::ptr::null(),
+        latitude_deg: f64::NAN,
+        longitude_deg: f64::NAN,
+        sigma_m: f64::NAN,
+        heading_deg: f64::NAN,
+        heading_sigma_deg: 3.0,
+        gsd_m_per_px: f64::NAN,
+        camera: std::ptr::null(),
+        height_m: f64::NAN,
+        pitch_deg: 0.0,
+        roll_deg: 0.0,
+        scale_sigma_ratio: 0.03,
+        threads: 1,
+    }
+}
+
+/// Locates a frame. `OVERFLY_OK`: `*fix` is set. `OVERFLY_NO_FIX`: `*no_fix` is set, unless `no_fix` is null.
+/// Neither holds memory to free.
+///
+/// # Safety
+/// `store` and `frame` come from this interface and are not freed; `request`, and the strings and the camera in it, may be
+/// read; `fix` and `no_fix` may be written. Null is an error, except for `no_fix`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn overfly_locate(
+    store: *const overfly_store,
+    frame: *const overfly_frame,
+    request: *const overfly_fix_request,
+    fix: *mut overfly_fix,
+    no_fix: *mut overfly_no_fix,
+) -> overfly_status {
+    call(|| {
+        let store = &unsafe { object(store, "store") }?.reader;
+        let frame = &unsafe { object(frame, "frame") }?.gray;
+        let stated_request = unsafe { object(request, "request") }?;
+        let out = unsafe { Place::new(fix, "fix") }?;
+        let layer = match unsafe { optional(stated_request.layer, "layer") }? {
+            Some(name) => name.to_owned(),
+            None => default_layer(store)?.name.clone(),
+        };
+        let request = unsafe { stated_request.parameters() }.request(&layer)?;
+        let threads = stated_request.threads.clamp(1, 1024) as usize;
+        match locate(store, frame, &request, threads)? {
+            Answer::Fix(fix) => {
+                out.set(overfly_fix::from(&fix));
+                Ok(overfly_status::OVERFLY_OK)
+            }
+            Answer::NoFix(none) => {
+                if !no_fix.is_null() {
+                    unsafe { Place::new(no_fix, "no_fix") }?.set(overfly_no_fix::from(&none));
+                }
+                Ok(overfly_status::OVERFLY_NO_FIX)
+            }
+        }
+    })
+}
+
+impl overfly_fix_request {
+    /// # Safety
+    /// `camera` is null or may be read.
+    unsafe fn parameters(&self) -> FixParameters {
+        let heading_deg = stated(self.heading_deg);
+        let camera = unsafe { self.camera.as_ref() };
+        FixParameters {
+            latitude_deg: stated(self.latitude_deg),
+            longitude_deg: stated(self.longitude_deg),
+            sigma_m: stated(self.sigma_m),
+            heading_deg,
+            heading_sigma_deg: heading_deg.and(stated(self.heading_sigma_deg)),
+            view: ViewParameters {
+                gsd_m_per_px: stated(self.gsd_m_per_px),
+                height_m: stated(self.height_m),
+                camera: camera.map(overfly_camera::intrinsics),
+                pitch_deg: stated(self.pitch_deg),
+                roll_deg: stated(self.roll_deg),
+            },
+            height_sigma_ratio: stated(self.scale_sigma_ratio),
+            ..FixParameters::default()
+        }
+    }
+}
+
+impl overfly_camera {
+    fn intrinsics(&self) -> Intrinsics {
+        Intrinsics {
+            width_px: self.width_px,
+            height_px: self.height_px,
+            focal_length_px: self.focal_length_px,
+            principal_point_px: self.principal_point_px,
+            distortion: self.distortion,
+        }
+    }
+}
+
+impl From<&Fix> for overfly_fix {
+    fn from(fix: &Fix) -> Self {
+        let [[ee, en], [_, nn]] = fix.covariance_m2;
+        Self {
+            latitude_deg: fix.latitude_deg,
+            longitude_deg: fix.longitude_deg,
+            covariance_ee_m2: ee,
+            covariance_en_m2: en,
+            covariance_nn_m2: nn,
+            heading_deg: fix.heading_deg,
+            heading_sigma_deg: fix.heading_sigma_deg,
+            gsd_m_per_px: fix.gsd_m_per_px,
+            scale_sigma_ratio: fix.scale_sigma_ratio,
+            score: fix.score,
+            false_fix_probability: fix.false_fix_probability,
+            inliers: count(fix.inliers),
+            tiles_searched: count(fix.tiles_searched),
+        }
+    }
+}
+
+impl From<&NoFix> for overfly_no_fix {
+    fn from(none: &NoFix) -> Self {
+        Self {
+            reason: fixed(word(none.reason)),
+            detail: fixed(&none.detail),
+            tiles_searched: count(none.tiles_searched),
+        }
+    }
+}
+
+/// The word that HTTP answers use too.
+fn word(reason: Reason) -> &'static str {
+    match reason {
+        Reason::OutsideMap => "outside_map",
+        Reason::TooLittleStructure => "too_little_structure",
+        Reason::Ambiguous => "ambiguous",
+        Reason::TooFewAgreeingWindows => "too_few_agreeing_windows",
+        Reason::HorizonInView => "horizon_in_view",
+        Reason::InconsistentScale => "inconsistent_scale",
+        Reason::InconsistentHeading => "inconsistent_heading",
+    }
+}
+
+fn count(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}
