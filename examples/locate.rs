@@ -32,12 +32,7 @@ fn main() -> anyhow::Result<()> {
             correlation: 0.0,
         },
         heading: Some(HeadingPrior { heading_rad: 271.6f64.to_radians(), sigma_rad: 3f64.to_radians() }),
-        view: View::Posed {
-            intrinsics: camera,
-            height_agl_m: 500.4,
-            pitch_rad: 1.17f64.to_radians(),
-            roll_rad: 0.0,
-        },
+        view: View::Posed { intrinsics: camera, height_agl_m: 500.4, pitch_rad: 1.17f64.to_radians(), roll_rad: 0.0 },
         scale_sigma_ratio: 0.03,
         time_s: None,
     };

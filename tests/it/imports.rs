@@ -284,10 +284,17 @@ fn imports_are_followed_through_reexports_aliases_and_inline_paths() {
         file("lib", &[], &["a", "b"], "mod a; mod b; pub use a::A;"),
         file("a", &["a"], &["deep"], "mod deep; pub use deep::{Deep, other as another}; pub struct A;"),
         file("deep", &["a", "deep"], &[], "pub struct Deep; pub fn other() {} fn f() { super::super::b::g(); }"),
-        file("b", &["b"], &[], "use crate::{a, A}; use super::a::Deep as D; pub fn g() { a::another(); } mod x { use super::g; }"),
+        file(
+            "b",
+            &["b"],
+            &[],
+            "use crate::{a, A}; use super::a::Deep as D; pub fn g() { a::another(); } mod x { use super::g; }",
+        ),
     ];
     let arrows = Graph::new(files.iter()).arrows();
-    let of = |from: &str, to: &str| arrows.get(&(from.to_owned(), to.to_owned())).map(|s| s.iter().cloned().collect::<Vec<_>>());
+    let of = |from: &str, to: &str| {
+        arrows.get(&(from.to_owned(), to.to_owned())).map(|s| s.iter().cloned().collect::<Vec<_>>())
+    };
     assert_eq!(of("b", "deep"), Some(vec!["Deep".to_owned(), "other".to_owned()]));
     assert_eq!(of("b", "a"), Some(vec!["A".to_owned()]));
     assert_eq!(of("deep", "b"), Some(vec!["g".to_owned()]));

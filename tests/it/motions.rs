@@ -1,7 +1,7 @@
 //! Relative registration on real consecutive photos: registered, and in agreement with the sensors.
 
 use super::needs::real_data;
-use overfly_lab::trial::{RecordedFlight, LegScore, LegSensorSigmas, run_legs};
+use overfly_lab::trial::{LegScore, LegSensorSigmas, RecordedFlight, run_legs};
 
 /// All legs of a flight of the real imagery.
 fn score(name: &str) -> LegScore {

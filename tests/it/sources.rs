@@ -222,9 +222,9 @@ pub fn functions(source: &SourceFile) -> Vec<Function> {
                 continue;
             }
             let line = keyword.span().start().line;
-            let end = tokens[at..].iter().find(|t| {
-                is_punct(t, ';') || matches!(t, TokenTree::Group(g) if g.delimiter() == Delimiter::Brace)
-            });
+            let end = tokens[at..]
+                .iter()
+                .find(|t| is_punct(t, ';') || matches!(t, TokenTree::Group(g) if g.delimiter() == Delimiter::Brace));
             let last = end.map_or(line, |t| t.span().end().line);
             found.push(Function { name: name.to_string(), line, lines: last + 1 - line });
         }

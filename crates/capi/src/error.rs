@@ -1,9 +1,9 @@
 //! Errors at the border: the status that functions return, and the calling thread's last error.
 
+use ::overfly_store::StoreError;
 use overfly_flight::frame::FrameError;
 use overfly_flight::locate::LocateError;
 use overfly_flight::locate::candidates::CandidatesError;
-use ::overfly_store::StoreError;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,7 +1,7 @@
 //! Camera frames: from gray pixels in memory, or decoded from the bytes of an image file.
 
-use crate::error::{CallError, call, overfly_status, release};
 use crate::border::Place;
+use crate::error::{CallError, call, overfly_status, release};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{FrameBounds, decode_frame};
 
@@ -33,7 +33,9 @@ pub unsafe extern "C" fn overfly_frame_from_gray(
             return Err(CallError::bad_argument("pixels is null"));
         }
         if stride_bytes < width {
-            return Err(CallError::bad_argument(format!("stride_bytes = {stride_bytes} is less than width_px = {width}")));
+            return Err(CallError::bad_argument(format!(
+                "stride_bytes = {stride_bytes} is less than width_px = {width}"
+            )));
         }
         let length = stride_bytes.checked_mul(height - 1).and_then(|n| n.checked_add(width));
         let length = length.filter(|n| isize::try_from(*n).is_ok());

@@ -21,7 +21,6 @@ mod fix;
 mod frame;
 mod store;
 
-
 pub use candidates::{
     overfly_candidate, overfly_candidate_request, overfly_candidate_request_new, overfly_candidates,
     overfly_candidates_find, overfly_candidates_free,

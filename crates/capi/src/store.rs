@@ -1,7 +1,7 @@
 //! The store: opened read-only, freed by the caller.
 
-use crate::error::{CallError, call, overfly_status, release};
 use crate::border::{Place, optional};
+use crate::error::{CallError, call, overfly_status, release};
 use ::overfly_store::Reader;
 use std::ffi::c_char;
 use std::path::Path;

@@ -125,10 +125,7 @@ fn gray_pixels_with_a_stride_are_the_same_frame() {
     unsafe {
         let status = overfly_frame_from_gray(pixels.as_ptr(), width as u32, height as u32, stride, &mut frame);
         assert_eq!(status, overfly_status::OVERFLY_OK);
-        assert_eq!(
-            overfly_locate(store, frame, &request(&camera), &mut fix, null_mut()),
-            overfly_status::OVERFLY_OK
-        );
+        assert_eq!(overfly_locate(store, frame, &request(&camera), &mut fix, null_mut()), overfly_status::OVERFLY_OK);
         overfly_frame_free(frame);
         overfly_store_free(store);
     }
@@ -266,7 +263,8 @@ fn here() -> &'static Path {
 
 #[test]
 fn the_committed_header_is_what_cbindgen_makes() {
-    let mut builder = cbindgen::Builder::new().with_config(cbindgen::Config::from_file(here().join("cbindgen.toml")).unwrap());
+    let mut builder =
+        cbindgen::Builder::new().with_config(cbindgen::Config::from_file(here().join("cbindgen.toml")).unwrap());
     for name in ["error", "store", "frame", "fix", "candidates"] {
         builder = builder.with_src(here().join("src").join(name).with_extension("rs"));
     }
