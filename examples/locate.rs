@@ -38,9 +38,16 @@ fn main() -> anyhow::Result<()> {
     };
     match locate(&store, &frame, &request, 2)? {
         Answer::Fix(fix) => {
-            println!("below the camera: {:.7} {:.7} degrees", fix.latitude_deg, fix.longitude_deg);
-            println!("covariance:       {:.3?} m^2 (east, north)", fix.covariance_m2);
-            println!("heading:          {:.2} degrees", fix.heading_deg);
+            println!(
+                "below the camera: {:.7} {:.7} degrees",
+                fix.position.latitude_deg(),
+                fix.position.longitude_deg()
+            );
+            println!(
+                "covariance:       {:.3?} m^2 (east-east, east-north, north-north)",
+                [fix.covariance.ee_m2, fix.covariance.en_m2, fix.covariance.nn_m2]
+            );
+            println!("heading:          {:.2} degrees", fix.heading.degrees());
             println!("false with probability {:.1e}", fix.false_fix_probability);
         }
         // No fix is an answer, not an error: the aircraft flies on by dead reckoning.

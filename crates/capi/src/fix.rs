@@ -201,15 +201,14 @@ impl overfly_camera {
 
 impl From<&Fix> for overfly_fix {
     fn from(fix: &Fix) -> Self {
-        let [[ee, en], [_, nn]] = fix.covariance_m2;
         Self {
-            latitude_deg: fix.latitude_deg,
-            longitude_deg: fix.longitude_deg,
-            covariance_ee_m2: ee,
-            covariance_en_m2: en,
-            covariance_nn_m2: nn,
-            heading_deg: fix.heading_deg,
-            heading_sigma_deg: fix.heading_sigma_deg,
+            latitude_deg: fix.position.latitude_deg(),
+            longitude_deg: fix.position.longitude_deg(),
+            covariance_ee_m2: fix.covariance.ee_m2,
+            covariance_en_m2: fix.covariance.en_m2,
+            covariance_nn_m2: fix.covariance.nn_m2,
+            heading_deg: fix.heading.degrees(),
+            heading_sigma_deg: fix.heading_sigma_rad.to_degrees(),
             gsd_m_per_px: fix.gsd_m_per_px,
             scale_sigma_ratio: fix.scale_sigma_ratio,
             score: fix.score,

@@ -101,10 +101,14 @@ fn a_frame_is_located_as_the_library_locates_it() {
     let mut fix = empty_fix();
     let status = unsafe { overfly_locate(store, frame, &request(&camera), &mut fix, null_mut()) };
     assert_eq!(status, overfly_status::OVERFLY_OK);
-    assert_eq!((fix.latitude_deg, fix.longitude_deg), (expected.latitude_deg, expected.longitude_deg));
-    let [[ee, en], [_, nn]] = expected.covariance_m2;
+    assert_eq!(
+        (fix.latitude_deg, fix.longitude_deg),
+        (expected.position.latitude_deg(), expected.position.longitude_deg())
+    );
+    let covariance = expected.covariance;
+    let [ee, en, nn] = [covariance.ee_m2, covariance.en_m2, covariance.nn_m2];
     assert_eq!([fix.covariance_ee_m2, fix.covariance_en_m2, fix.covariance_nn_m2], [ee, en, nn]);
-    assert_eq!((fix.inliers as usize, fix.heading_deg), (expected.inliers, expected.heading_deg));
+    assert_eq!((fix.inliers as usize, fix.heading_deg), (expected.inliers, expected.heading.degrees()));
     unsafe {
         overfly_frame_free(frame);
         overfly_store_free(store);
@@ -131,8 +135,8 @@ fn gray_pixels_with_a_stride_are_the_same_frame() {
     }
     // Gray levels are rounded to whole ones, which moves the fix by far less than 1e-6 degrees (0.1 m).
     let expected = expected();
-    assert!((fix.latitude_deg - expected.latitude_deg).abs() < 1e-6, "{fix:?}");
-    assert!((fix.longitude_deg - expected.longitude_deg).abs() < 1e-6, "{fix:?}");
+    assert!((fix.latitude_deg - expected.position.latitude_deg()).abs() < 1e-6, "{fix:?}");
+    assert!((fix.longitude_deg - expected.position.longitude_deg()).abs() < 1e-6, "{fix:?}");
 }
 
 #[test]
@@ -291,7 +295,10 @@ fn the_example_in_c_prints_the_librarys_fix() {
     let fix = expected();
     let wanted = format!(
         "fix {:.7} {:.7} heading {:.2}, {} windows agree\n",
-        fix.latitude_deg, fix.longitude_deg, fix.heading_deg, fix.inliers
+        fix.position.latitude_deg(),
+        fix.position.longitude_deg(),
+        fix.heading.degrees(),
+        fix.inliers
     );
     for linked in ["static", "shared"] {
         let program = folder.path().join(linked);
