@@ -26,11 +26,11 @@ pub enum Access {
     Immutable,
 }
 
-/// Opens a connection that cannot write.
+/// Opens a connection that cannot write, and returns it with the format version of the store.
 ///
 /// # Errors
-/// Where the file does not exist, is not a store, has another format, or (immutable) has a non-empty side file.
-pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> {
+/// Where the file does not exist, is not a store, has a format that this program cannot read, or (immutable) has a non-empty side file.
+pub fn open_read(path: &Path, access: Access) -> Result<(Connection, u32), StoreError> {
     check_file(path)?;
     let connection = match access {
         Access::Shared => open_shared(path)?,
@@ -41,8 +41,9 @@ pub fn open_read(path: &Path, access: Access) -> Result<Connection, StoreError> 
         }
     };
     prepare_read(&connection).map_err(|e| StoreError::sqlite(path, e))?;
-    migration::require_current(store_version(&connection, path)?, path)?;
-    Ok(connection)
+    let version = store_version(&connection, path)?;
+    migration::require_readable(version, path)?;
+    Ok((connection, version))
 }
 
 /// Opens one more connection to a file that is known to be a store. Its page cache holds `pages_bytes`.
@@ -116,10 +117,10 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     }
     if version < migration::FORMAT_VERSION {
         let transaction = connection.unchecked_transaction().map_err(fail)?;
-        migration::migrate(&transaction, version).map_err(fail)?;
+        migration::migrate(&transaction, version, migration::FORMAT_VERSION).map_err(fail)?;
         transaction.commit().map_err(fail)?;
     } else {
-        migration::require_current(version, path)?;
+        migration::require_readable(version, path)?;
     }
     Ok(connection)
 }
@@ -149,7 +150,7 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     let mut name = path.as_os_str().to_os_string();
     name.push(".overfly-build");
     let draft = PathBuf::from(name);
-    let outcome = create_draft(&draft, contract)
+    let outcome = create_draft(&draft, contract, migration::FORMAT_VERSION)
         .map_err(|e| StoreError::own_file(path, e))
         .and_then(|()| std::fs::rename(&draft, path).map_err(|e| StoreError::io(path, e)));
     if outcome.is_err() {
@@ -160,8 +161,8 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     open_write(path)
 }
 
-/// Creates an empty store of this format at `draft`, which it replaces.
-pub(super) fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()> {
+/// Creates an empty store of a format version at `draft`, which it replaces.
+pub(super) fn create_draft(draft: &Path, contract: &str, version: u32) -> rusqlite::Result<()> {
     // A killed build may have left a draft. Its absence is no failure.
     let _ = std::fs::remove_file(draft);
     let connection = Connection::open(draft)?;
@@ -172,7 +173,7 @@ pub(super) fn create_draft(draft: &Path, contract: &str) -> rusqlite::Result<()>
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
     connection.pragma_update(None, "user_version", USER_VERSION)?;
     let transaction = connection.unchecked_transaction()?;
-    migration::migrate(&transaction, 0)?;
+    migration::migrate(&transaction, 0, version)?;
     transaction.execute("INSERT INTO overfly_store (id, descriptor_contract) VALUES (1, ?1)", [contract])?;
     transaction.commit()?;
     connection.close().map_err(|(_, error)| error)

@@ -10,8 +10,8 @@ use super::level::LevelDigests;
 use super::source::{self, SourceTable};
 use super::tile_rows::{TileRows, insert_tile};
 use super::{
-    Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery, manifest, reader,
-    tile_rows, verify,
+    FORMAT_VERSION, Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery,
+    manifest, migration, reader, tile_rows, verify,
 };
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OpenFlags, params};
@@ -86,13 +86,22 @@ impl Drop for DraftFile {
 }
 
 impl Extract {
-    /// Begins a store in the file `draft`, which is overwritten.
+    /// Begins a store of this program's format in the file `draft`, which is overwritten.
     ///
     /// # Errors
     /// Where the folder does not exist or cannot be written, or the disk is full.
     pub fn begin(draft: &Path, contract: &str) -> Result<Self, StoreError> {
+        Self::begin_version(draft, contract, FORMAT_VERSION)
+    }
+
+    /// Begins a store of a readable format version. A patch uses this to make a store that an older program exported.
+    ///
+    /// # Errors
+    /// As [`Extract::begin`], and where this program cannot read the version.
+    pub fn begin_version(draft: &Path, contract: &str, version: u32) -> Result<Self, StoreError> {
+        migration::require_readable(version, draft)?;
         let draft = DraftFile(draft.to_path_buf());
-        let connection = open(&draft.0, contract).map_err(|e| StoreError::own_file(&draft.0, e))?;
+        let connection = open(&draft.0, contract, version).map_err(|e| StoreError::own_file(&draft.0, e))?;
         Ok(Self { draft, connection, contract: contract.to_owned() })
     }
 
@@ -248,8 +257,8 @@ impl Extract {
 }
 
 /// Creates and opens a draft, without a journal: an unfinished draft is of no use.
-fn open(draft: &Path, contract: &str) -> rusqlite::Result<Connection> {
-    connection::create_draft(draft, contract)?;
+fn open(draft: &Path, contract: &str, version: u32) -> rusqlite::Result<Connection> {
+    connection::create_draft(draft, contract, version)?;
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(draft, flags)?;
     connection.set_prepared_statement_cache_capacity(64);

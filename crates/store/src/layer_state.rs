@@ -34,7 +34,7 @@ impl LayerState {
             return Ok(Self::default());
         }
         match connection::open_read(path, Access::Shared) {
-            Ok(connection) => {
+            Ok((connection, _)) => {
                 require_contract(&connection, path)?;
                 Self::load(&connection, layer).map_err(|e| StoreError::sqlite(path, e))
             }

@@ -30,6 +30,8 @@ mod layer_state;
 mod level;
 mod manifest;
 mod migration;
+#[cfg(test)]
+mod old_formats;
 pub mod package;
 mod reader;
 mod remedy;
@@ -55,7 +57,7 @@ pub use imagery::{EncodedTile, JPEG_QUALITY, decode, encode, media_type};
 pub use layer::{Layer, check_name};
 pub use layer_state::LayerState;
 pub use level::LevelDigests;
-pub use migration::FORMAT_VERSION;
+pub use migration::{FORMAT_VERSION, OLDEST_READABLE};
 pub use reader::Reader;
 pub use remedy::StoreRemedy;
 pub use source::Source;

@@ -5,15 +5,19 @@ use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
 /// Version, name and SQL of each migration.
-const MIGRATIONS: [(u32, &str, &str); 4] = [
+const MIGRATIONS: [(u32, &str, &str); 5] = [
     (1, "geopackage", include_str!("../../../migrations/01-geopackage/up.sql")),
     (2, "store", include_str!("../../../migrations/02-store/up.sql")),
     (3, "cells", include_str!("../../../migrations/03-cells/up.sql")),
     (4, "manifest", include_str!("../../../migrations/04-manifest/up.sql")),
+    (5, "extension-documents", include_str!("../../../migrations/05-extension-documents/up.sql")),
 ];
 
-/// The format version that this program reads and writes: the version of the last migration.
+/// The format version that this program writes: the version of the last migration.
 pub const FORMAT_VERSION: u32 = MIGRATIONS[MIGRATIONS.len() - 1].0;
+
+/// The oldest format version that this program reads without a migration. Version 5 changes no table that a reader uses.
+pub const OLDEST_READABLE: u32 = 4;
 
 /// Reads the format version of a store: 0 for an empty file, `None` if the database is not a store.
 ///
@@ -38,31 +42,31 @@ pub fn version_of(connection: &Connection, path: &Path) -> Result<Option<u32>, S
         .map_err(fail)
 }
 
-/// Migrates a store from version `from` to [`FORMAT_VERSION`]. The caller holds the transaction.
+/// Migrates a store from version `from` to version `to`. The caller holds the transaction.
 ///
 /// # Errors
 /// Where SQLite fails.
-pub fn migrate(connection: &Connection, from: u32) -> rusqlite::Result<()> {
+pub fn migrate(connection: &Connection, from: u32, to: u32) -> rusqlite::Result<()> {
     connection.execute_batch(
         "CREATE TABLE IF NOT EXISTS overfly_migrations (version INTEGER PRIMARY KEY NOT NULL, name TEXT NOT NULL)",
     )?;
-    for (version, name, sql) in MIGRATIONS.into_iter().filter(|(version, ..)| *version > from) {
+    for (version, name, sql) in MIGRATIONS.into_iter().filter(|(version, ..)| (from + 1..=to).contains(version)) {
         connection.execute_batch(sql)?;
         connection.execute("INSERT INTO overfly_migrations (version, name) VALUES (?1, ?2)", (version, name))?;
     }
     Ok(())
 }
 
-/// Rejects any version but this program's.
+/// Rejects versions that this program cannot read.
 ///
 /// # Errors
 /// [`StoreError::NewerFormat`], [`StoreError::OlderFormat`].
-pub fn require_current(found: u32, path: &Path) -> Result<(), StoreError> {
+pub fn require_readable(found: u32, path: &Path) -> Result<(), StoreError> {
     let path = path.to_path_buf();
-    match found.cmp(&FORMAT_VERSION) {
-        std::cmp::Ordering::Greater => Err(StoreError::NewerFormat { path, found, known: FORMAT_VERSION }),
-        std::cmp::Ordering::Less => Err(StoreError::OlderFormat { path, found, known: FORMAT_VERSION }),
-        std::cmp::Ordering::Equal => Ok(()),
+    match found {
+        OLDEST_READABLE..=FORMAT_VERSION => Ok(()),
+        ..OLDEST_READABLE => Err(StoreError::OlderFormat { path, found, known: FORMAT_VERSION }),
+        _ => Err(StoreError::NewerFormat { path, found, known: FORMAT_VERSION }),
     }
 }
 
@@ -84,9 +88,19 @@ mod tests {
                 connection.execute_batch(sql).unwrap();
                 connection.execute("INSERT INTO overfly_migrations VALUES (?1, ?2)", (version, name)).unwrap();
             }
-            migrate(&connection, from).unwrap();
+            migrate(&connection, from, FORMAT_VERSION).unwrap();
             assert_eq!(version_of(&connection, Path::new("memory")).unwrap(), Some(FORMAT_VERSION));
         }
+    }
+
+    #[test]
+    fn every_extension_row_names_a_document() {
+        let connection = Connection::open_in_memory().unwrap();
+        super::super::geometry::register_functions(&connection).unwrap();
+        migrate(&connection, 0, FORMAT_VERSION).unwrap();
+        let mut statement = connection.prepare("SELECT DISTINCT definition FROM gpkg_extensions ORDER BY 1").unwrap();
+        let found: Vec<String> = statement.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+        assert_eq!(found, ["http://www.geopackage.org/spec120/#extension_rtree", "overfly migrations/README.md"]);
     }
 
     #[test]

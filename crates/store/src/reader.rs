@@ -12,7 +12,7 @@ use super::ground_cache::GroundCache;
 use super::layer::{self, Layer};
 use super::layer_state::LayerState;
 use super::source::{self, Source, SourceTable};
-use super::{FORMAT_VERSION, StoreError, digest, manifest};
+use super::{StoreError, digest, manifest};
 use overfly_core::tile::TileId;
 use parking_lot::Mutex;
 use rusqlite::{Connection, Params};
@@ -55,6 +55,7 @@ pub struct Reader {
     limits: CacheLimits,
     idle: Mutex<Vec<Connection>>,
     layers: Vec<Layer>,
+    version: u32,
     contract: String,
     digest: String,
     bytes: u64,
@@ -93,7 +94,7 @@ impl Reader {
 
     fn open_with(path: &Path, access: Access) -> Result<Self, StoreError> {
         let stamp = FileStamp::read(path)?;
-        let connection = connection::open_read(path, access)?;
+        let (connection, version) = connection::open_read(path, access)?;
         let contract = require_contract(&connection, path)?;
         let layers = layer::load_all(&connection, path)?;
         if layers.is_empty() {
@@ -118,6 +119,7 @@ impl Reader {
             limits: CacheLimits::default(),
             idle,
             layers,
+            version,
             contract,
             digest,
             bytes,
@@ -225,7 +227,7 @@ impl Reader {
 
     /// The format version of the store: the version of its last migration.
     pub fn format_version(&self) -> u32 {
-        FORMAT_VERSION
+        self.version
     }
 
     /// Size of the file when it was opened, bytes.

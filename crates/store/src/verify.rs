@@ -44,7 +44,7 @@ pub struct BadTile {
 /// # Errors
 /// Where the file cannot be opened as a store. Problems inside the store are in the result.
 pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, StoreError> {
-    let connection = connection::open_read(path, Access::Shared)?;
+    let (connection, _) = connection::open_read(path, Access::Shared)?;
     let contract = require_contract(&connection, path)?;
     let layers = layer::load_all(&connection, path)?;
     let mut findings = Findings { bad_tiles: Vec::new(), problems: Vec::new(), tiles: 0 };

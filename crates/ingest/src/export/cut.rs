@@ -193,7 +193,7 @@ fn make_manifest(
     };
     Ok(Manifest {
         format: Manifest::format(),
-        store_format: store.format_version(),
+        store_format: overfly_store::FORMAT_VERSION,
         descriptor_contract: store.descriptor_contract().to_owned(),
         digest: extract.digest()?,
         cut_from: store.digest().to_owned(),

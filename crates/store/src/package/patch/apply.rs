@@ -7,7 +7,10 @@ use super::record::{InputsRecord, MalformedPatch, PatchBlob, PutTile, TileRecord
 use crate::package::onboard::{check_layers, prove_manifest};
 use crate::package::sealed_file::{file_is_sealed_by, put_seal, read_seal};
 use crate::package::{Manifest, PackageError, PublicKey, SEAL_LEN, Seal};
-use crate::{AtomicFile, Extract, FileKind, Reader, StoreError, StoredTile, content_hash, file_len, media_type};
+use crate::{
+    AtomicFile, Extract, FORMAT_VERSION, FileKind, OLDEST_READABLE, Reader, StoreError, StoredTile, content_hash,
+    file_len, media_type,
+};
 use jiff::civil::Date;
 use serde::Serialize;
 use std::path::Path;
@@ -72,7 +75,7 @@ pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<
     require_same_signer(&base, signed_by.as_deref(), request)?;
     let read = if request.store == request.out { &[request.patch][..] } else { &[request.patch, request.store] };
     let file = AtomicFile::create(request.out, FileKind::Store, read)?;
-    let extract = Extract::begin(&file.draft_path(), base.descriptor_contract())?;
+    let extract = Extract::begin_version(&file.draft_path(), base.descriptor_contract(), header.store_format)?;
     let mut writer = ResultWriter { base: &base, extract: &extract, request, progress, kept: 0, patched: 0 };
     writer.layers(&header, records)?;
     let (kept_tiles, patched_tiles) = (writer.kept, writer.patched);
@@ -135,13 +138,18 @@ fn base_tiles(store: &Reader) -> u64 {
     store.finished_layers().map(|l| l.tiles).sum()
 }
 
-/// Checks that the patch is for this store.
+/// Whether this program can read and make stores of a format version.
+fn readable(version: u32) -> bool {
+    (OLDEST_READABLE..=FORMAT_VERSION).contains(&version)
+}
+
+/// Checks that the patch is for this store. The old store may have another readable format than the new one.
 fn check_base(base: &Reader, header: &PatchHeader, store: &Path) -> Result<(), PackageError> {
     if base.digest() != header.base {
         let (found, expected) = (base.digest().to_owned(), header.base.clone());
         return Err(PackageError::WrongBase { path: store.into(), found, expected });
     }
-    if base.format_version() != header.store_format || base.descriptor_contract() != header.descriptor_contract {
+    if !readable(header.store_format) || base.descriptor_contract() != header.descriptor_contract {
         let reason = "the patch was made by another version of overfly".into();
         return Err(PackageError::OtherResult { path: store.into(), reason });
     }

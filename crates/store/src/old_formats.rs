@@ -1,0 +1,131 @@
+//! Tests: stores of an older readable format are read, exported and patched, and only a build migrates them.
+
+use crate::package::{
+    ApplyRequest, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, apply, open_onboard, parse_date, write_patch,
+    write_seal,
+};
+use crate::{
+    BuiltTile, Declaration, Extract, FORMAT_VERSION, LayerPart, LayerState, OLDEST_READABLE, Reader, TileContent,
+    Writer, verify,
+};
+use overfly_core::feature::keypoint::CONTRACT;
+use overfly_core::pixels::{Colour, Mask, MaskedColour};
+use overfly_core::tile::TileId;
+use std::path::{Path, PathBuf};
+
+fn tiles(count: u32) -> Vec<TileId> {
+    (0..count).map(|column| TileId::new(9, 100 + column, 200).unwrap()).collect()
+}
+
+fn declaration() -> Declaration {
+    Declaration { layer: "ortho".into(), sources: Vec::new(), zoom_override: None, base_zoom: 9, min_zoom: 9 }
+}
+
+/// Builds a store of `count` tiles in this program's format.
+fn built(path: &Path, count: u32) -> Reader {
+    let mut writer = Writer::begin(path, CONTRACT, declaration()).unwrap();
+    for tile in tiles(count) {
+        let values = vec![tile.column() as u8; 512 * 512 * 3];
+        let colour = Colour::from_values(512, 512, values).unwrap();
+        let pixels = MaskedColour { colour, mask: Mask::filled(512, 512, true) };
+        let content = Some(TileContent::encode(tile, &pixels, &[], None).unwrap());
+        writer.put(&BuiltTile { tile, inputs_hash: [1; 32], content }).unwrap();
+    }
+    writer.finish(&|_| true).unwrap();
+    Reader::open(path).unwrap()
+}
+
+/// Copies a store in a format version: sealed by a manifest, as an export, or as a built store.
+fn copied(from: &Reader, path: &Path, version: u32, sealed: bool) -> PathBuf {
+    let mut extract = Extract::begin_version(&path.with_extension("draft"), CONTRACT, version).unwrap();
+    let part = LayerPart {
+        name: "ortho".into(),
+        base_zoom: 9,
+        min_zoom: 9,
+        tiles: tiles(9),
+        with_descriptors: true,
+        jpeg_quality: None,
+    };
+    extract.copy(from, &part, || ()).unwrap();
+    if !sealed {
+        extract.finish(path, None, 0).unwrap();
+        return path.into();
+    }
+    let (level, _) = extract.level("ortho", 9).unwrap();
+    let manifest = Manifest {
+        format: Manifest::format(),
+        store_format: version,
+        descriptor_contract: CONTRACT.into(),
+        digest: extract.digest().unwrap(),
+        cut_from: from.digest().into(),
+        layers: vec![ManifestLayer::new(&extract.layers().unwrap()[0], 0.0, vec![level])],
+        route: ManifestRoute { lines_deg: Vec::new(), corridor_m: 1.0, widest_m: 1.0, grown_by: None },
+        calibration: None,
+        dropped: Vec::new(),
+        valid_until: None,
+        signed_by: None,
+    };
+    extract.finish(path, Some(&manifest.to_text()), SEAL_LEN as u8).unwrap();
+    write_seal(path, &manifest.to_text(), None).unwrap();
+    path.into()
+}
+
+fn extension_documents(path: &Path) -> Vec<String> {
+    let connection = rusqlite::Connection::open(path).unwrap();
+    let mut statement = connection
+        .prepare("SELECT DISTINCT definition FROM gpkg_extensions WHERE extension_name = 'overfly_store'")
+        .unwrap();
+    statement.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect()
+}
+
+#[test]
+fn an_older_store_is_read_as_it_is_and_a_build_migrates_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let current = built(&folder.path().join("new.gpkg"), 2);
+    let old = copied(&current, &folder.path().join("old.gpkg"), OLDEST_READABLE, false);
+    let bytes = std::fs::read(&old).unwrap();
+    for reader in [Reader::open(&old).unwrap(), Reader::open_onboard(&old).unwrap()] {
+        assert_eq!((reader.format_version(), reader.digest()), (OLDEST_READABLE, current.digest()));
+        assert!(reader.tile(reader.layer("ortho").unwrap(), tiles(1)[0]).unwrap().is_some());
+    }
+    assert!(verify(&old, &|_, _| ()).unwrap().ok);
+    assert!(LayerState::read(&old, "ortho").unwrap().complete);
+    assert!(std::fs::read(&old).unwrap() == bytes, "a reader has changed the file");
+    let writer = Writer::begin(&old, CONTRACT, declaration()).unwrap();
+    writer.abandon().unwrap();
+    let migrated = Reader::open(&old).unwrap();
+    assert_eq!((migrated.format_version(), migrated.digest()), (FORMAT_VERSION, current.digest()));
+    assert_eq!(extension_documents(&old), extension_documents(current.path()));
+    assert_eq!(extension_documents(&old), ["overfly migrations/README.md"]);
+}
+
+#[test]
+fn an_older_export_is_flown_and_never_migrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let current = built(&folder.path().join("new.gpkg"), 2);
+    let old = copied(&current, &folder.path().join("old.gpkg"), OLDEST_READABLE, true);
+    let bytes = std::fs::read(&old).unwrap();
+    let onboard = open_onboard(&old, None, &[], parse_date("2026-11-22").unwrap()).unwrap();
+    assert_eq!(onboard.manifest.unwrap().store_format, OLDEST_READABLE);
+    assert_eq!(Writer::begin(&old, CONTRACT, declaration()).unwrap_err().code(), "sealed_store");
+    assert!(std::fs::read(&old).unwrap() == bytes, "an exported store was written");
+}
+
+#[test]
+fn patches_lead_from_any_readable_format_to_any_byte_for_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (less, more) = (built(&path("less.gpkg"), 2), built(&path("more.gpkg"), 3));
+    for from in OLDEST_READABLE..=FORMAT_VERSION {
+        for to in OLDEST_READABLE..=FORMAT_VERSION {
+            let old = copied(&less, &path(&format!("old-{from}-{to}.gpkg")), from, true);
+            let new = copied(&more, &path(&format!("new-{from}-{to}.gpkg")), to, true);
+            let (patch, out) = (path("a.patch"), path("out.gpkg"));
+            write_patch(&Reader::open(&old).unwrap(), &Reader::open(&new).unwrap(), &patch, &|_, _| ()).unwrap();
+            let today = parse_date("2026-11-22").unwrap();
+            let request = ApplyRequest { store: &old, patch: &patch, out: &out, key: None, today };
+            assert!(apply(&request, &|_, _| ()).unwrap().changed);
+            assert!(std::fs::read(&out).unwrap() == std::fs::read(&new).unwrap(), "{from} to {to}");
+        }
+    }
+}
