@@ -109,7 +109,7 @@ fn refuse(usage: &clap::Error) -> ExitCode {
     }
     let text = usage.to_string();
     let message = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
-    // Arguments that cannot be parsed do not say whether JSON is wanted.
+    // Arguments that cannot be parsed do not say whether JSON is requested.
     let json = std::env::args_os().any(|word| word == "--json");
     let failure = Failure::unusable("usage", anyhow::anyhow!("{message}"));
     Output::new(json, true).failure(&failure);

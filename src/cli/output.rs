@@ -18,12 +18,12 @@ impl Output {
         Self { json, quiet }
     }
 
-    /// Whether JSON Lines are wanted.
+    /// Whether JSON Lines are requested.
     pub fn is_json(&self) -> bool {
         self.json
     }
 
-    /// Prints one JSON line if JSON is wanted, else the text.
+    /// Prints one JSON line if JSON is requested, else the text.
     pub fn say(&self, value: &impl Serialize, text: impl FnOnce() -> String) {
         let line = if self.json { serde_json::to_string(value).expect("results serialise") } else { text() };
         // A closed pipe is not a failure: the reader wants no more.
@@ -46,7 +46,7 @@ impl Output {
         let _ = writeln!(std::io::stderr(), "{text}");
     }
 
-    /// Prints a failure on standard error, and as a JSON line on standard output if JSON is wanted.
+    /// Prints a failure on standard error, and as a JSON line on standard output if JSON is requested.
     pub fn failure(&self, failure: &Failure) {
         let mut message = message(&failure.error);
         if let Some(remedy) = &failure.remedy {

@@ -196,7 +196,7 @@ fn outside(path: Vec<String>, inline: usize) -> Option<Vec<String>> {
     match (inline, ups) {
         (0, _) => Some(path),
         (_, 0) => (path[0] == "crate").then_some(path),
-        (_, ups) if ups <= inline => Some([&vec!["self".to_owned()], &path[inline..]].concat()),
+        (_, ups) if ups <= inline => Some([&["self".to_owned()], &path[inline..]].concat()),
         (_, _) => Some(path[inline..].to_vec()),
     }
 }

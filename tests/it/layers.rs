@@ -53,6 +53,7 @@ const WITHOUT: &[(&str, &[&str])] = &[
 
 /// Types that were renamed to the field's words (left: the old name, right: the new one). `Keep` is looked for in code alone.
 const OLD_TYPES: &[(&str, &str)] = &[
+    ("Estimate", "NavigationFilter"),
     ("Judge", "Verifier"),
     ("Shelf", "an LRU cache"),
     ("Witness", "footprint proof"),
@@ -146,6 +147,10 @@ fn only_ingest_and_the_program_reach_the_writer() {
     let mut offenders = Vec::new();
     for source in sources().iter().filter(|s| matches!(s.package.as_str(), "core" | "flight" | "capi" | "lab")) {
         let (words, _) = words_and_strings(source);
+        // csv has a Writer too.
+        if !words.iter().any(|(word, _)| word == "overfly_store") {
+            continue;
+        }
         let writes = words.iter().filter(|(w, _)| matches!(w.as_str(), "Writer" | "Extract" | "remove_layer"));
         offenders.extend(writes.map(|(word, line)| format!("{}:{line}: {word}", source.path)));
     }

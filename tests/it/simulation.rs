@@ -204,7 +204,7 @@ fn the_commented_file_has_every_field() {
     assert_eq!(faster.scenario.aircraft.speed_mps, 60.0);
     // A field with a default may be missing unseen: all that the program knows are named.
     let text = std::fs::read_to_string(project("docs/simulation/commented.toml")).unwrap();
-    let source = std::fs::read_to_string(project("src/trial/simulation/scenario.rs")).unwrap();
+    let source = std::fs::read_to_string(project("crates/lab/src/trial/simulation/scenario.rs")).unwrap();
     let fields: Vec<&str> = source
         .lines()
         .filter_map(|line| line.strip_prefix("    pub ")?.split_once(": "))

@@ -127,7 +127,7 @@ impl Stripped {
                 if is_cfg_test(&attribute.stream()) {
                     let first = token.span().start().line;
                     let mut item = Vec::new();
-                    while let Some(next) = rest.next() {
+                    for next in rest.by_ref() {
                         item.push(next);
                         if ends_item(&item) {
                             break;
@@ -232,8 +232,11 @@ pub fn functions(source: &SourceFile) -> Vec<Function> {
     found
 }
 
+/// A word or a string, and its line.
+pub type Located = (String, usize);
+
 /// Each word of the file's code, and each string literal, with its line.
-pub fn words_and_strings(source: &SourceFile) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+pub fn words_and_strings(source: &SourceFile) -> (Vec<Located>, Vec<Located>) {
     let (mut words, mut strings) = (Vec::new(), Vec::new());
     every_group(&source.tokens, &mut |tokens| {
         for token in tokens {

@@ -248,7 +248,7 @@ fn null_and_bad_arguments_are_errors() {
         let all_zero: overfly_fix_request = std::mem::zeroed();
         refused(overfly_locate(store, frame, &all_zero, &mut fix, none));
         let unknown = overfly_fix_request { layer: c"none".as_ptr(), ..good };
-        assert_eq!(refused(overfly_locate(store, frame, &unknown, &mut fix, none)), "unknown_layer");
+        assert_eq!(refused(overfly_locate(store, frame, &unknown, &mut fix, none)), "no_such_layer");
         let nothing = overfly_candidate_request_new();
         assert_eq!(refused(overfly_candidates_find(store, &nothing, &mut no_tiles)), "parameter_missing");
         assert_eq!(refused(overfly_candidates_find(store, null(), &mut no_tiles)), "bad_argument");
@@ -293,7 +293,7 @@ fn the_example_in_c_prints_the_librarys_fix() {
     let example = project("examples/c/fix.c");
     assert!(std::fs::read_to_string(&example).unwrap().lines().count() <= 60);
     let fix = expected();
-    let wanted = format!(
+    let expected = format!(
         "fix {:.7} {:.7} heading {:.2}, {} windows agree\n",
         fix.position.latitude_deg(),
         fix.position.longitude_deg(),
@@ -314,7 +314,7 @@ fn the_example_in_c_prints_the_librarys_fix() {
         assert!(made.status.success(), "{linked}: {}", String::from_utf8_lossy(&made.stderr));
         let run = |frame: PathBuf| Command::new(&program).arg(drawn_store().path()).arg(frame).output().unwrap();
         let located = run(project(FRAME));
-        assert_eq!(String::from_utf8_lossy(&located.stdout), wanted, "{linked}");
+        assert_eq!(String::from_utf8_lossy(&located.stdout), expected, "{linked}");
         assert!(located.status.success());
         let refused = run(project("tiles/flight/camera.toml"));
         assert_eq!(refused.status.code(), Some(1));

@@ -21,15 +21,15 @@ pub(super) struct Finished {
     pub damaged: Option<TileId>,
 }
 
-/// Moves staged tiles to the layer's tables, deletes the tiles that are not in `wanted`, and declares the layer finished.
+/// Moves staged tiles to the layer's tables, deletes the tiles that are not in `required`, and declares the layer finished.
 pub(super) fn finish(
     connection: &Connection,
     declaration: &Declaration,
-    wanted: &dyn Fn(TileId) -> bool,
+    required: &dyn Fn(TileId) -> bool,
 ) -> rusqlite::Result<Finished> {
     let layer = &declaration.layer;
     let damaged = move_staged(connection, layer)?;
-    for tile in tiles_with_inputs(connection, layer)?.into_iter().filter(|tile| !wanted(*tile)) {
+    for tile in tiles_with_inputs(connection, layer)?.into_iter().filter(|tile| !required(*tile)) {
         clear_tile(connection, layer, tile)?;
         connection
             .prepare_cached(

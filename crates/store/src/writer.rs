@@ -98,17 +98,17 @@ impl Writer {
         found.map_or(Ok(None), |below| below.proved(&self.path, layer, tile))
     }
 
-    /// Finishes the build in one transaction: moves staged tiles, deletes the tiles that are not in `wanted`, and updates sources,
+    /// Finishes the build in one transaction: moves staged tiles, deletes the tiles that are not in `required`, and updates sources,
     /// counts, digest and the GeoPackage declaration. Returns the number of tiles of the layer: `None` if it would have no tile,
     /// in which case the build is abandoned.
     ///
     /// # Errors
     /// Where the disk is full or another build took over the layer. The layer is then unchanged.
-    pub fn finish(mut self, wanted: &dyn Fn(TileId) -> bool) -> Result<Option<u64>, StoreError> {
+    pub fn finish(mut self, required: &dyn Fn(TileId) -> bool) -> Result<Option<u64>, StoreError> {
         self.commit()?;
         self.begin_transaction()?;
         let Finished { tiles, damaged } =
-            finish::finish(&self.connection, &self.declaration, wanted).map_err(|e| self.fail(e))?;
+            finish::finish(&self.connection, &self.declaration, required).map_err(|e| self.fail(e))?;
         if let Some(tile) = damaged {
             // Dropping the connection rolls the transaction back.
             return Err(content::damaged(&self.path, &self.declaration.layer, tile));

@@ -5,7 +5,7 @@ use crate::cli::output::Output;
 use overfly_core::coupling::PixelDriftLaw;
 use overfly_lab::trial::{RelativeLaws, RelativeMeasurement, RelativeTrial};
 
-/// Registers all pairs of a trial, with a progress bar; if JSON is wanted, prints one line for each.
+/// Registers all pairs of a trial, with a progress bar; if JSON is requested, prints one line for each.
 ///
 /// # Errors
 /// If the photos cannot be read or are too small.

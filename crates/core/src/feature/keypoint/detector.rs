@@ -25,7 +25,7 @@ const CELL_PX: usize = 48;
 /// Smaller responses are rounding: (0.05 gray levels per pixel)^2.
 const FLOOR: f32 = 0.0025;
 
-/// How many corners are wanted, and how evenly they are spread.
+/// The number of corners to find, and how evenly they are spread.
 #[derive(Debug, Clone, Copy)]
 pub struct CornerQuota {
     /// Most corners.

@@ -64,7 +64,7 @@ pub fn diff(old: &Reader, new: &Reader) -> Result<Difference, PackageError> {
     for name in names {
         let (before, after) = (old.all_footprints(name)?, new.all_footprints(name)?);
         let found = changes(&before, &after);
-        let count = |wanted: fn(&Change) -> bool| found.iter().filter(|c| wanted(c)).count();
+        let count = |matches: fn(&Change) -> bool| found.iter().filter(|c| matches(c)).count();
         let (added, changed) = (count(|c| matches!(c, Change::Added(_))), count(|c| matches!(c, Change::Changed(_))));
         let (removed, same) = (found.len() - added - changed, after.len() - added - changed);
         layers.push(LayerDifference { layer: name.into(), added, changed, removed, same });
