@@ -8,9 +8,9 @@ use super::prepare::PreparedFrame;
 use super::refine::RefinedPlace;
 use super::refusal::Refusal;
 use super::request::FixRequest;
+use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
 use overfly_store::StoreError;
-use std::f64::consts::{PI, TAU};
 
 /// A fix is accepted where less than one false alarm is expected in 10^6 searches of its size.
 const MAX_LOG10_FALSE_ALARMS: f64 = -6.0;
@@ -144,7 +144,7 @@ impl Verifier<'_> {
             return Some(Refusal::new(Reason::InconsistentScale, detail));
         }
         let prior = self.request.heading?;
-        let turn = (best.pose.heading_rad - prior.heading_rad + PI).rem_euclid(TAU) - PI;
+        let turn = wrap_turn_rad(best.pose.heading_rad - prior.heading_rad);
         let bound = 4.0 * prior.sigma_rad + 2f64.to_radians();
         (turn.abs() > bound).then(|| {
             let detail = format!("the heading found is {:.1} degrees off the stated heading", turn.to_degrees());
