@@ -81,7 +81,8 @@ impl ExportJobs {
         let job = Arc::new(Job { id, path, done, total, outcome });
         jobs.push(Arc::clone(&job));
         let (progress, store) = (job.progress(), Arc::clone(store));
-        tokio::task::spawn_blocking(move || job.run(&store, &request));
+        // A thread of its own: a runtime that shuts down would drop a task that has not begun, and the export would never end.
+        std::thread::spawn(move || job.run(&store, &request));
         Ok(progress)
     }
 
