@@ -129,11 +129,7 @@ impl Module<'_> {
         while at < tokens.len() {
             if is_ident(&tokens[at], "use") {
                 let end = at + tokens[at..].iter().position(|t| is_punct(t, ';')).unwrap_or(tokens.len() - at - 1);
-                let is_public = at > 0
-                    && (is_ident(&tokens[at - 1], "pub")
-                        || matches!(&tokens[at - 1], TokenTree::Group(g) if g.delimiter() == Delimiter::Parenthesis)
-                            && at > 1
-                            && is_ident(&tokens[at - 2], "pub"));
+                let is_public = is_public_at(tokens, at);
                 let mut leaves = Vec::new();
                 use_leaves(&tokens[at + 1..end], &[], &mut leaves);
                 for (path, name) in leaves {
@@ -188,6 +184,15 @@ impl Module<'_> {
             }
         }
     }
+}
+
+/// Whether `pub` or `pub(...)` stands before the token at `at`.
+fn is_public_at(tokens: &[TokenTree], at: usize) -> bool {
+    at > 0
+        && (is_ident(&tokens[at - 1], "pub")
+            || matches!(&tokens[at - 1], TokenTree::Group(g) if g.delimiter() == Delimiter::Parenthesis)
+                && at > 1
+                && is_ident(&tokens[at - 2], "pub"))
 }
 
 /// A path in an inline module as the file around it would write it; `None` where it stays inside.
