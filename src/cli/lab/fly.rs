@@ -5,7 +5,7 @@ use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::default_right_m;
 use crate::cli::lab::mosaic::{finest_level, mosaic_of};
-use crate::cli::layer::chosen_layer;
+use crate::cli::lab::over_store::FlightOverStore;
 use crate::cli::number::{any, positive, share};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
@@ -13,9 +13,7 @@ use overfly_core::coupling::Mode;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
 use overfly_lab::report::{Mosaic, ReplayedFlight, replay_html};
-use overfly_lab::trial::{
-    Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, RecordedFlight, ScaleSource, write_positions,
-};
+use overfly_lab::trial::{Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, ScaleSource, write_positions};
 use overfly_store::{Layer, Reader};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -42,15 +40,8 @@ Example:
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Args {
-    /// The store.
-    #[arg(long, value_name = "FILE")]
-    db: PathBuf,
-    /// The flight: a folder with flight.csv, camera.toml and images.
-    #[arg(long, value_name = "DIR")]
-    flight: PathBuf,
-    /// Which layer [default: the only one, or ortho].
-    #[arg(long, value_name = "NAME")]
-    layer: Option<String>,
+    #[command(flatten)]
+    over: FlightOverStore,
     /// How to couple absolute and relative registration.
     #[arg(long, value_enum, default_value_t = ModeArg::Auto)]
     mode: ModeArg,
@@ -135,16 +126,15 @@ fn blackout(text: &str) -> Result<(usize, usize), String> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let flight = RecordedFlight::read(&args.flight)?;
-    let store = Reader::open(&args.db)?;
-    let layer = chosen_layer(&store, args.layer.as_deref())?;
+    let (flight, store) = args.over.open()?;
+    let layer = args.over.layer(&store)?;
     let right_m = args.right_m.map_or_else(|| default_right_m(&store, layer), Ok)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;
     let modes = args.mode.modes();
     let bar = output.progress((flight.frames.len() * (modes.len() + 1)) as u64, "images");
     let trial = FlyTrial { store: &store, flight: &flight, disturbances: args.disturbances() };
     let reckoned = trial.reckon(&args.options(&layer.name, Mode::RelativeOnly), |_| bar.inc(1))?;
-    let title = format!("overfly: {} flown without GPS", args.flight.display());
+    let title = format!("overfly: {} flown without GPS", args.over.flight.display());
     let mut flown: Vec<(Mode, Vec<FlyOutcome>)> = Vec::new();
     for mode in modes {
         flown.push((mode, trial.run(&args.options(&layer.name, mode), |_| bar.inc(1))?));

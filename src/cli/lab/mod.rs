@@ -8,6 +8,7 @@ mod failure;
 mod fix_score;
 mod fly;
 mod mosaic;
+mod over_store;
 mod plan;
 mod project_tiles;
 mod relative;

@@ -176,6 +176,7 @@ impl Combined {
 #[cfg(test)]
 mod tests {
     use super::super::parameters::drawn::{PLAIN, any};
+    use super::super::sequence::trials::Tally;
     use super::super::shown_area_m2;
     use super::*;
     use rand::{Rng, SeedableRng};
@@ -195,59 +196,17 @@ mod tests {
         p.search_constant_s + p.seconds_per_tile * (wings + ahead + aside + a * b) / (p.across_m * p.along_m)
     }
 
-    /// The end of one search after another: infinite where it grows without bound, 0 where it dies away, `None` where
-    /// 20,000 searches do not tell.
-    fn run(next: impl Fn(f64) -> f64, first_s: f64) -> Option<f64> {
-        let mut t = first_s;
-        for _ in 0..20_000 {
-            let after = next(t);
-            if after > 1e15 {
-                return Some(f64::INFINITY);
-            }
-            if after < 1e-30 {
-                return Some(0.0);
-            }
-            if (after - t).abs() <= 1e-13 * t {
-                return Some(after);
-            }
-            t = after;
-        }
-        None
-    }
-
     /// 20,000 aircraft, simulated and stated; `corrected` or printed.
     fn compare(corrected: bool, seed: u64) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let (mut settled, mut grew, mut late, mut undecided) = (0, 0, 0, 0);
-        let total = 20_000;
-        for k in 0..total {
+        let mut tally = Tally::default();
+        for _ in 0..20_000 {
             let p = any(&mut rng);
             let mode = Combined::new(p).unwrap();
             let law = if corrected { mode.sequence() } else { mode.sequence_paper() }.unwrap();
-            let first_s = match law.fixed_points() {
-                Some(f) if f.unstable_s.is_finite() && k % 2 == 0 => f.unstable_s * rng.random_range(0.5..1.5),
-                Some(f) if k % 3 == 0 => f.stable_s * rng.random_range(0.0..2.0),
-                _ => rng.random_range(0.001..100.0),
-            };
-            let next = |t: f64| if corrected { next_corrected(&p, t) } else { next_paper(&p, t) };
-            let Some(end_s) = run(next, first_s) else {
-                undecided += 1;
-                continue;
-            };
-            match law.limit_s(first_s) {
-                Ok(limit_s) => {
-                    assert!((end_s - limit_s).abs() <= 1e-6 * limit_s, "{p:?} from {first_s}: {end_s}, not {limit_s}");
-                    settled += 1;
-                }
-                Err(error) => {
-                    assert!(end_s.is_infinite(), "{p:?} from {first_s}: {end_s}, not {error}");
-                    grew += 1;
-                    late += usize::from(error.code() == "starts_too_late");
-                }
-            }
+            tally.compare(&law, &mut rng, |t| if corrected { next_corrected(&p, t) } else { next_paper(&p, t) });
         }
-        assert!(settled > total / 5 && grew > total / 5 && late > total / 50, "{settled} {grew} {late}");
-        assert!(undecided < total / 200, "{undecided} undecided");
+        tally.check();
     }
 
     #[test]

@@ -127,8 +127,9 @@ impl Parallel {
 #[cfg(test)]
 mod tests {
     use super::super::parameters::drawn::{PLAIN, any};
+    use super::super::sequence::trials::Tally;
     use super::*;
-    use rand::{Rng, SeedableRng};
+    use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
     /// The next search time written down again from (18).
@@ -139,57 +140,17 @@ mod tests {
         p.search_constant_s + p.seconds_per_tile * sides / (p.across_m * p.along_m)
     }
 
-    /// What happens when one search after another is run, nothing else known: its end, infinite where it grows without
-    /// bound, `None` where 20,000 searches do not tell.
-    fn run(p: &CouplingParameters, first_s: f64) -> Option<f64> {
-        let mut t = first_s;
-        for _ in 0..20_000 {
-            let next = next_again(p, t);
-            if next > 1e15 {
-                return Some(f64::INFINITY);
-            }
-            if (next - t).abs() <= 1e-13 * t {
-                return Some(next);
-            }
-            t = next;
-        }
-        None
-    }
-
     #[test]
     fn the_conditions_20_to_22_say_what_20000_simulated_flights_do() {
         let mut rng = ChaCha8Rng::seed_from_u64(20);
-        let (mut settled, mut grew, mut late, mut undecided) = (0, 0, 0, 0);
-        let total = 20_000;
-        for k in 0..total {
+        let mut tally = Tally::default();
+        for k in 0..20_000 {
             let mut p = any(&mut rng);
             p.drift_growth = if k % 4 == 3 { DriftGrowth::SquareRoot } else { DriftGrowth::Linear };
-            let mode = Parallel::new(p).unwrap();
-            let law = mode.sequence().unwrap();
-            // Starts everywhere: at rest, around both fixed points, far out.
-            let first_s = match law.fixed_points() {
-                Some(f) if f.unstable_s.is_finite() && k % 2 == 0 => f.unstable_s * rng.random_range(0.5..1.5),
-                Some(f) if k % 3 == 0 => f.stable_s * rng.random_range(0.0..2.0),
-                _ => rng.random_range(0.0..100.0),
-            };
-            let Some(end_s) = run(&p, first_s) else {
-                undecided += 1;
-                continue;
-            };
-            match law.limit_s(first_s) {
-                Ok(limit_s) => {
-                    assert!((end_s / limit_s - 1.0).abs() < 1e-6, "{p:?} from {first_s}: {end_s}, not {limit_s}");
-                    settled += 1;
-                }
-                Err(error) => {
-                    assert!(end_s.is_infinite(), "{p:?} from {first_s}: {end_s}, not {error}");
-                    grew += 1;
-                    late += usize::from(error.code() == "starts_too_late");
-                }
-            }
+            let law = Parallel::new(p).unwrap().sequence().unwrap();
+            tally.compare(&law, &mut rng, |t| next_again(&p, t));
         }
-        assert!(settled > total / 5 && grew > total / 5 && late > total / 50, "{settled} {grew} {late}");
-        assert!(undecided < total / 200, "{undecided} undecided");
+        tally.check();
     }
 
     #[test]

@@ -185,6 +185,83 @@ pub(super) fn crossing(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool)
     low
 }
 
+/// Laws held against what happens when one search after another is run, nothing else known.
+#[cfg(test)]
+pub(super) mod trials {
+    use super::*;
+    use rand::Rng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// How the trials ended.
+    #[derive(Default)]
+    pub struct Tally {
+        total: usize,
+        settled: usize,
+        grew: usize,
+        late: usize,
+        undecided: usize,
+    }
+
+    impl Tally {
+        /// Runs `next` from a start drawn at rest, around both fixed points or far out, and compares its end with
+        /// [`ExecutionSequence::limit_s`].
+        pub fn compare(&mut self, law: &ExecutionSequence, rng: &mut ChaCha8Rng, next: impl Fn(f64) -> f64) {
+            let k = self.total;
+            self.total += 1;
+            let first_s = match law.fixed_points() {
+                Some(f) if f.unstable_s.is_finite() && k % 2 == 0 => f.unstable_s * rng.random_range(0.5..1.5),
+                Some(f) if k % 3 == 0 => f.stable_s * rng.random_range(0.0..2.0),
+                _ => rng.random_range(0.001..100.0),
+            };
+            let Some(end_s) = end_s(next, first_s) else {
+                self.undecided += 1;
+                return;
+            };
+            match law.limit_s(first_s) {
+                Ok(limit_s) => {
+                    assert!(
+                        (end_s - limit_s).abs() <= 1e-6 * limit_s,
+                        "{law:?} from {first_s}: {end_s}, not {limit_s}"
+                    );
+                    self.settled += 1;
+                }
+                Err(error) => {
+                    assert!(end_s.is_infinite(), "{law:?} from {first_s}: {end_s}, not {error}");
+                    self.grew += 1;
+                    self.late += usize::from(error.code() == "starts_too_late");
+                }
+            }
+        }
+
+        /// Asserts that every kind of end was seen often, and that few trials stayed undecided.
+        pub fn check(&self) {
+            let Self { total, settled, grew, late, undecided } = *self;
+            assert!(settled > total / 5 && grew > total / 5 && late > total / 50, "{settled} {grew} {late}");
+            assert!(undecided < total / 200, "{undecided} undecided");
+        }
+    }
+
+    /// The end of one search after another: infinite where it grows without bound, 0 where it dies away, `None` where
+    /// 20,000 searches do not tell.
+    fn end_s(next: impl Fn(f64) -> f64, first_s: f64) -> Option<f64> {
+        let mut t = first_s;
+        for _ in 0..20_000 {
+            let after = next(t);
+            if after > 1e15 {
+                return Some(f64::INFINITY);
+            }
+            if after < 1e-30 {
+                return Some(0.0);
+            }
+            if (after - t).abs() <= 1e-13 * t {
+                return Some(after);
+            }
+            t = after;
+        }
+        None
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,9 @@
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use std::ops::Range;
 
 /// Stands for `currentColor`, so that a plot can be read on a light and on a dark page.
 pub const INK: RGBColor = RGBColor(1, 2, 3);
@@ -28,11 +30,33 @@ pub fn svg(size: (u32, u32), draw: impl FnOnce(&Area) -> Drawn) -> String {
 }
 
 /// The range of times in `times_s`, with a margin of 3 % and at least half a second on both sides.
-pub fn time_range(times_s: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+pub fn time_range(times_s: impl Iterator<Item = f64>) -> Range<f64> {
     let (first, last) = times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
     let margin_s = ((last - first) * 0.03).max(0.5);
     first - margin_s..last + margin_s
 }
+
+/// Returns the end of an axis from 0 that shows 95 % of `heights`, so that an outlier does not flatten the rest.
+pub fn top_of(heights: impl Iterator<Item = f64>) -> f64 {
+    let mut heights: Vec<f64> = heights.filter(|h| h.is_finite()).collect();
+    heights.sort_by(f64::total_cmp);
+    heights.get(heights.len() * 19 / 20).copied().unwrap_or(1.0).max(0.1) * 1.3
+}
+
+/// Returns a chart on two linear axes, with room for their labels.
+///
+/// # Errors
+/// Those of drawing.
+pub fn linear_chart<'a, 'b>(
+    area: &'a Area<'b>,
+    x: Range<f64>,
+    y: Range<f64>,
+) -> Result<LinearChart<'a, 'b>, DrawingAreaErrorKind<std::io::Error>> {
+    ChartBuilder::on(area).margin(10).x_label_area_size(42).y_label_area_size(56).build_cartesian_2d(x, y)
+}
+
+/// A chart on two linear axes.
+pub type LinearChart<'a, 'b> = Chart<'a, 'b, RangedCoordf64, RangedCoordf64>;
 
 /// A chart on any two axes.
 pub type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;

@@ -1,6 +1,6 @@
 //! Plots of located frames: errors in the plane and over time, and durations.
 
-use super::chart::{BOUND, FALSE, INK, RIGHT, mesh, svg, time_range};
+use super::chart::{BOUND, FALSE, INK, RIGHT, linear_chart, mesh, svg, time_range, top_of};
 use super::flight_report::{FlightReport, fix_of};
 use overfly_core::geodesy::ErrorEllipse;
 use overfly_flight::locate::Fix;
@@ -19,11 +19,7 @@ pub fn error_plane(report: &FlightReport) -> String {
     // A distant false fix would shrink all others to a dot: the plot leaves such fixes out, the text counts them.
     let limit = reach.get(reach.len() * 9 / 10).copied().unwrap_or(1.0).max(0.1) * 1.15;
     svg((520, 520), |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .x_label_area_size(42)
-            .y_label_area_size(56)
-            .build_cartesian_2d(-limit..limit, -limit..limit)?;
+        let mut chart = linear_chart(area, -limit..limit, -limit..limit)?;
         mesh(&mut chart, "east, m", "north, m")?;
         for (fix, error) in &fixes {
             let colour = if error.length_m() > report.score.right_m { FALSE } else { RIGHT };
@@ -46,15 +42,9 @@ pub fn error_in_time(report: &FlightReport) -> String {
         .zip(report.outcomes)
         .filter_map(|(t, o)| Some((t, o.error?.length_m(), ellipse_95(fix_of(o)?).semi_major_m)))
         .collect();
-    let mut heights: Vec<f64> = fixes.iter().flat_map(|f| [f.1, f.2]).collect();
-    heights.sort_by(f64::total_cmp);
-    let top = heights.get(heights.len() * 19 / 20).copied().unwrap_or(1.0).max(0.1) * 1.3;
+    let top = top_of(fixes.iter().flat_map(|f| [f.1, f.2]));
     svg((720, 300), |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .x_label_area_size(42)
-            .y_label_area_size(56)
-            .build_cartesian_2d(time_range(times_s(report)), 0.0..top)?;
+        let mut chart = linear_chart(area, time_range(times_s(report)), 0.0..top)?;
         mesh(&mut chart, "time, s", "error, m")?;
         let bound = fixes.iter().map(|(t, _, axis)| (*t, axis.min(top)));
         chart.draw_series(LineSeries::new(bound, BOUND.stroke_width(2)))?;
@@ -75,11 +65,7 @@ pub fn elapsed_in_time(report: &FlightReport) -> String {
         / report.outcomes.len().max(1) as f64
         * 0.32;
     svg((720, 240), |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .x_label_area_size(42)
-            .y_label_area_size(56)
-            .build_cartesian_2d(time_range(times_s(report)), 0.0..top)?;
+        let mut chart = linear_chart(area, time_range(times_s(report)), 0.0..top)?;
         mesh(&mut chart, "time, s", "search, ms")?;
         chart.draw_series(
             times_s(report)

@@ -1,9 +1,8 @@
 //! Plots of a replayed flight: errors over time, tiles searched, and the chronogram of registrations.
 
-use super::chart::{BOUND, Chart, Drawn, INK, RIGHT, mesh, mesh_named, svg, time_range};
+use super::chart::{BOUND, Drawn, INK, LinearChart, RIGHT, linear_chart, mesh, mesh_named, svg, time_range, top_of};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -12,16 +11,9 @@ const PROPAGATED: RGBColor = RGBColor(120, 90, 190);
 /// A plot of the error of every position, and of three of its own standard deviations along the long axis.
 pub fn errors(flown: &ReplayedFlight) -> String {
     let sigma_m = |o: &FlyOutcome| 3.0 * o.position.covariance.ellipse().semi_major_m;
-    let mut heights: Vec<f64> =
-        flown.outcomes.iter().flat_map(|o| [o.error.length_m(), sigma_m(o)]).filter(|h| h.is_finite()).collect();
-    heights.sort_by(f64::total_cmp);
-    let top = heights.get(heights.len() * 19 / 20).copied().unwrap_or(1.0).max(0.1) * 1.3;
+    let top = top_of(flown.outcomes.iter().flat_map(|o| [o.error.length_m(), sigma_m(o)]));
     svg((720, 300), |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .x_label_area_size(42)
-            .y_label_area_size(56)
-            .build_cartesian_2d(span(flown), 0.0..top)?;
+        let mut chart = linear_chart(area, span(flown), 0.0..top)?;
         mesh(&mut chart, "time, s", "error, m")?;
         let band = flown.outcomes.iter().map(|o| (o.position.time_s, sigma_m(o).min(top)));
         chart.draw_series(AreaSeries::new(band, 0.0, BOUND.mix(0.25)))?;
@@ -43,11 +35,7 @@ pub fn tiles(flown: &ReplayedFlight) -> String {
     let top = top.fold(1.0, f64::max) * 1.1;
     let width = (span(flown).end - span(flown).start) / flown.outcomes.len().max(1) as f64 * 0.3;
     svg((720, 220), |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .x_label_area_size(42)
-            .y_label_area_size(56)
-            .build_cartesian_2d(span(flown), 0.0..top)?;
+        let mut chart = linear_chart(area, span(flown), 0.0..top)?;
         mesh_named(&mut chart, "time, s", "tiles", &|level| {
             format!("{:.1}", 10f64.powf(*level)).trim_end_matches(".0").to_owned()
         })?;
@@ -66,11 +54,7 @@ pub fn tiles(flown: &ReplayedFlight) -> String {
 pub fn chronogram(flown: &ReplayedFlight) -> String {
     let least_s = (span(flown).end - span(flown).start) / 300.0;
     svg((720, 130), |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .x_label_area_size(42)
-            .y_label_area_size(56)
-            .build_cartesian_2d(span(flown), 0.0..2.2)?;
+        let mut chart = linear_chart(area, span(flown), 0.0..2.2)?;
         let style = ("sans-serif", 14).into_font().color(&INK);
         let mut axes = chart.configure_mesh();
         axes.disable_mesh().disable_y_axis().x_desc("time, s").axis_style(INK.mix(0.6));
@@ -86,9 +70,7 @@ pub fn chronogram(flown: &ReplayedFlight) -> String {
     })
 }
 
-type ReplayChart<'a, 'b> = Chart<'a, 'b, RangedCoordf64, RangedCoordf64>;
-
-fn draw_registrations(chart: &mut ReplayChart, flown: &ReplayedFlight, o: &FlyOutcome, least_s: f64) -> Drawn {
+fn draw_registrations(chart: &mut LinearChart, flown: &ReplayedFlight, o: &FlyOutcome, least_s: f64) -> Drawn {
     let (t, p) = (o.position.time_s, &o.position);
     if p.relative_count > 0 {
         let end = t + flown.execution_times.relative_s.max(least_s);

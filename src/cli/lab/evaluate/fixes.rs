@@ -4,13 +4,12 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::{default_right_m, fix_text};
-use crate::cli::layer::chosen_layer;
+use crate::cli::lab::over_store::FlightOverStore;
 use crate::cli::number::positive;
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight, write_fixes};
-use overfly_store::Reader;
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, write_fixes};
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -28,15 +27,8 @@ Example:
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Args {
-    /// The store.
-    #[arg(long, value_name = "FILE")]
-    db: PathBuf,
-    /// The flight: a folder with flight.csv, camera.toml and images.
-    #[arg(long, value_name = "DIR")]
-    flight: PathBuf,
-    /// Which layer [default: the only one, or ortho].
-    #[arg(long, value_name = "NAME")]
-    layer: Option<String>,
+    #[command(flatten)]
+    over: FlightOverStore,
     /// The prior is displaced by a uniform error of at most this per axis, metres.
     #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
     prior_error_m: f64,
@@ -79,9 +71,8 @@ struct FrameLine<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let flight = RecordedFlight::read(&args.flight)?;
-    let store = Reader::open(&args.db)?;
-    let layer = chosen_layer(&store, args.layer.as_deref())?;
+    let (flight, store) = args.over.open()?;
+    let layer = args.over.layer(&store)?;
     let right_m = match args.right_m {
         Some(right_m) => right_m,
         None => default_right_m(&store, layer)?,

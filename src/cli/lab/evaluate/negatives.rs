@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
-use crate::cli::layer::chosen_layer;
+use crate::cli::lab::over_store::FlightOverStore;
 use crate::cli::number::{positive, share};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
@@ -12,7 +12,6 @@ use overfly_lab::report::calibration_svg;
 use overfly_lab::trial::{
     NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, RecordedFlight, write_negatives,
 };
-use overfly_store::Reader;
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -44,18 +43,11 @@ Example:
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Args {
-    /// The store.
-    #[arg(long, value_name = "FILE")]
-    db: PathBuf,
-    /// The flight whose frames, camera and headings are used: a folder with flight.csv, camera.toml and images.
-    #[arg(long, value_name = "DIR")]
-    flight: PathBuf,
+    #[command(flatten)]
+    over: FlightOverStore,
     /// A flight over another place, for trials of the kind `foreign`.
     #[arg(long, value_name = "DIR")]
     foreign_flight: Option<PathBuf>,
-    /// Which layer [default: the only one, or ortho].
-    #[arg(long, value_name = "NAME")]
-    layer: Option<String>,
     /// Number of trials, spread evenly over kinds and regions.
     #[arg(long, value_name = "N", default_value_t = 2000)]
     trials: usize,
@@ -102,10 +94,9 @@ struct AcceptedLine<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let flight = RecordedFlight::read(&args.flight)?;
+    let (flight, store) = args.over.open()?;
     let foreign = args.foreign_flight.as_deref().map(RecordedFlight::read).transpose()?;
-    let store = Reader::open(&args.db)?;
-    let layer = chosen_layer(&store, args.layer.as_deref())?;
+    let layer = args.over.layer(&store)?;
     let trial = NegativeTrial {
         layer: layer.name.clone(),
         trials: args.trials,
