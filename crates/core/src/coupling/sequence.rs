@@ -209,8 +209,8 @@ pub(super) mod trials {
             let k = self.total;
             self.total += 1;
             let first_s = match law.fixed_points() {
-                Some(f) if f.unstable_s.is_finite() && k % 2 == 0 => f.unstable_s * rng.random_range(0.5..1.5),
-                Some(f) if k % 3 == 0 => f.stable_s * rng.random_range(0.0..2.0),
+                Some(f) if f.unstable_s.is_finite() && k.is_multiple_of(2) => f.unstable_s * rng.random_range(0.5..1.5),
+                Some(f) if k.is_multiple_of(3) => f.stable_s * rng.random_range(0.0..2.0),
                 _ => rng.random_range(0.001..100.0),
             };
             let Some(end_s) = end_s(next, first_s) else {
