@@ -5,7 +5,7 @@
 //! cargo run --release --example locate -- map.gpkg   # over a store of the same ground
 //! ```
 
-use overfly_core::camera::{Intrinsics, View};
+use overfly_core::camera::{Attitude, CameraFile, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::candidates::default_layer;
@@ -20,7 +20,7 @@ fn main() -> anyhow::Result<()> {
         None => built(folder.path(), &project("tiles/epoch_1")),
     };
     let frame = read_frame(&project("tiles/flight/frames/019.jpg"))?;
-    let camera: Intrinsics = toml::from_str(&std::fs::read_to_string(project("tiles/flight/camera.toml"))?)?;
+    let camera: CameraFile = toml::from_str(&std::fs::read_to_string(project("tiles/flight/camera.toml"))?)?;
 
     // What the aircraft knows: its position to 200 m, its heading to 3 degrees, its height to 3 %, its attitude.
     let request = FixRequest {
@@ -32,7 +32,11 @@ fn main() -> anyhow::Result<()> {
             correlation: 0.0,
         },
         heading: Some(HeadingPrior { heading_rad: 271.6f64.to_radians(), sigma_rad: 3f64.to_radians() }),
-        view: View::Posed { intrinsics: camera, height_agl_m: 500.4, pitch_rad: 1.17f64.to_radians(), roll_rad: 0.0 },
+        view: View::Posed {
+            intrinsics: camera.intrinsics(),
+            height_agl_m: 500.4,
+            attitude: Attitude::new(Some(1.17f64.to_radians()), Some(0.0), Some(0.1f64.to_radians())),
+        },
         scale_sigma_ratio: 0.03,
         time_s: None,
     };

@@ -19,8 +19,7 @@ fn image(flight: &RecordedFlight, frame: &RecordedFrame) -> anyhow::Result<Fligh
         time_s: frame.time_s,
         reading: SensorReading { heading_rad: frame.heading_rad, height_m: frame.height_agl_m },
         intrinsics: flight.camera.clone(),
-        pitch_rad: frame.pitch_rad,
-        roll_rad: frame.roll_rad,
+        attitude: frame.attitude,
     })
 }
 

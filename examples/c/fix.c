@@ -38,7 +38,8 @@ int main(int argc, char **argv) {
     overfly_fix_request request = overfly_fix_request_new();
     request.latitude_deg = 48.4915, request.longitude_deg = 15.6160, request.sigma_m = 200;
     request.heading_deg = 271.6;
-    request.camera = &CAMERA, request.height_m = 500.4, request.pitch_deg = 1.17;
+    request.camera = &CAMERA, request.height_m = 500.4, request.pitch_deg = 1.17, request.roll_deg = 0;
+    request.attitude_sigma_deg = 0.1;
     overfly_fix fix;
     overfly_no_fix none;
     overfly_status status = overfly_locate(store, frame, &request, &fix, &none);

@@ -1,21 +1,21 @@
-//! `camera.toml`: a camera's intrinsics.
+//! `camera.toml`: a camera's intrinsics, and how exactly its attitude is known.
 
 use crate::cli::failure::Failure;
-use overfly_core::camera::Intrinsics;
+use overfly_core::camera::CameraFile;
 use std::path::Path;
 
 /// Reads the camera that a `camera.toml` describes.
 ///
 /// # Errors
 /// If the file cannot be read, a key is missing or of the wrong kind, or the values do not describe a camera.
-pub fn read_camera(path: &Path) -> Result<Intrinsics, Failure> {
+pub fn read_camera(path: &Path) -> Result<CameraFile, Failure> {
     let file = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|cause| Failure::unusable("unreadable", anyhow::anyhow!("{file}: {cause}")))?;
     let refuse = |reason: String| {
         Failure::unusable("not_a_camera", anyhow::anyhow!("{file} does not describe a camera: {reason}"))
     };
-    let camera: Intrinsics = toml::from_str(&text).map_err(|e| refuse(e.to_string().trim().replace('\n', " ")))?;
+    let camera: CameraFile = toml::from_str(&text).map_err(|e| refuse(e.to_string().trim().replace('\n', " ")))?;
     camera.check().map_err(|e| refuse(e.to_string()))?;
     Ok(camera)
 }

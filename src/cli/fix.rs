@@ -1,5 +1,6 @@
 //! `overfly fix`: one absolute registration.
 
+use crate::cli::attitude_note::view_note;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::layer::chosen_layer;
@@ -10,7 +11,7 @@ use crate::cli::threads::default_threads;
 use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, FixParameters, locate, locate_traced};
+use overfly_flight::locate::{Answer, FixParameters, PositionOf, locate, locate_traced};
 use overfly_store::Reader;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,7 +19,9 @@ use std::time::Instant;
 const HELP: &str = "\
 A prior position and heading make the search small and fast. The scale is always needed, either as --gsd-m-per-px or as
 --height-m with --camera. The answer is the point straight below the camera with its covariance, or no fix with the
-reason (exit code 3).
+reason (exit code 3). That covariance carries --attitude-sigma-deg: a degree is 17 m at a height of 1000 m. The ground at
+the image's centre, which is what registration measures, is reported with its own covariance. With --gsd-m-per-px no height
+is known: prior and answer are then the image's centre (position_of: image_centre).
 
 Examples:
   overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25
@@ -82,6 +85,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let mut request = parameters.request(&layer)?;
     request.view = request.view.reduced(reduction);
+    output.note(&view_note(&request.view));
     let (start, threads) = (Instant::now(), args.threads.get());
     let (answer, trace) = if args.pictures.are_requested() {
         locate_traced(&store, &frame, &request, threads).map(|(answer, trace)| (answer, Some(trace)))?
@@ -123,14 +127,24 @@ fn text(answer: &Answer, elapsed_ms: f64) -> String {
     match answer {
         Answer::Fix(f) => {
             let ellipse = f.covariance.ellipse();
+            let centre = f.image_centre_covariance.ellipse();
+            let point = match f.position_of {
+                PositionOf::Nadir => "straight below the camera",
+                PositionOf::ImageCentre => "at the image's centre",
+            };
             format!(
-                "fix        {:.7} {:.7} (degrees, straight below the camera)\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
+                "fix        {:.7} {:.7} (degrees, {point})\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
+                 centre     {:.7} {:.7} (ground at the image's centre), ellipse {:.2} x {:.2} m\n\
                  heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
                  false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
                 f.position.latitude_deg(),
                 f.position.longitude_deg(),
                 ellipse.semi_major_m,
                 ellipse.semi_minor_m,
+                f.image_centre.latitude_deg(),
+                f.image_centre.longitude_deg(),
+                centre.semi_major_m,
+                centre.semi_minor_m,
                 f.heading.degrees(),
                 f.heading_sigma_rad.to_degrees(),
                 f.gsd_m_per_px,

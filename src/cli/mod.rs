@@ -2,6 +2,7 @@
 //!
 //! Commands that need the feature `preflight` or `lab` are in the folder of that name.
 
+mod attitude_note;
 mod camera_file;
 mod exit;
 mod failure;

@@ -39,6 +39,14 @@ pub fn any(text: &str) -> Result<f64, String> {
     finite(text)
 }
 
+/// Parses a standard deviation of the attitude, degrees.
+#[cfg(feature = "lab")]
+pub fn attitude_sigma(text: &str) -> Result<f64, String> {
+    let most = overfly_core::camera::MAX_ATTITUDE_SIGMA_DEG;
+    let expected = || format!("must be degrees in [0, {most}]");
+    finite(text).and_then(|v| if (0.0..=most).contains(&v) { Ok(v) } else { Err(expected()) })
+}
+
 /// Parses the sample values shown as 0 and 255: LO,HI.
 pub fn stretch(text: &str) -> Result<(f64, f64), String> {
     let expected = "two numbers LO,HI, as in 0,4000";

@@ -19,11 +19,14 @@ pub struct Viewpoint {
     #[arg(long, value_name = "FILE", requires = "height_m")]
     camera: Option<PathBuf>,
     /// Pitch of the camera off nadir, degrees in [-45, 45], positive ahead.
-    #[arg(long, value_name = "DEG", value_parser = any, allow_hyphen_values = true, default_value_t = 0.0, requires = "camera")]
-    pitch_deg: f64,
+    #[arg(long, value_name = "DEG", value_parser = any, allow_hyphen_values = true, requires = "camera")]
+    pitch_deg: Option<f64>,
     /// Roll of the camera off nadir, degrees in [-45, 45], positive left (right wing down).
-    #[arg(long, value_name = "DEG", value_parser = any, allow_hyphen_values = true, default_value_t = 0.0, requires = "camera")]
-    roll_deg: f64,
+    #[arg(long, value_name = "DEG", value_parser = any, allow_hyphen_values = true, requires = "camera")]
+    roll_deg: Option<f64>,
+    /// One standard deviation of pitch and of roll, degrees in [0, 20] [default: camera.toml's, else 2 if both are stated, else 5].
+    #[arg(long, value_name = "DEG", value_parser = any, requires = "camera")]
+    attitude_sigma_deg: Option<f64>,
 }
 
 impl Viewpoint {
@@ -32,12 +35,14 @@ impl Viewpoint {
     /// # Errors
     /// If camera.toml cannot be read or does not describe a camera.
     pub fn parameters(&self) -> Result<ViewParameters, Failure> {
+        let camera = self.camera.as_deref().map(read_camera).transpose()?;
         Ok(ViewParameters {
             gsd_m_per_px: self.gsd_m_per_px,
             height_m: self.height_m,
-            camera: self.camera.as_deref().map(read_camera).transpose()?,
-            pitch_deg: Some(self.pitch_deg),
-            roll_deg: Some(self.roll_deg),
+            attitude_sigma_deg: self.attitude_sigma_deg.or(camera.as_ref().and_then(|c| c.attitude_sigma_deg)),
+            camera: camera.map(|camera| camera.intrinsics()),
+            pitch_deg: self.pitch_deg,
+            roll_deg: self.roll_deg,
         })
     }
 }

@@ -1,13 +1,13 @@
 //! A fix is right or is none: on the project's own drawn tiles always, on real imagery on demand.
 
 use super::needs::real_data;
-use overfly_core::camera::{Intrinsics, View};
+use overfly_core::camera::{Attitude, Intrinsics, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
 use overfly_lab::trial::bands::{count_band, nees_band};
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight, TruthPoint};
 use overfly_store::Reader;
 use overfly_testkit::drawn::{built, drawn_store as drawn, project};
 use std::path::Path;
@@ -20,6 +20,7 @@ fn trial() -> FixTrial {
         heading_sigma_deg: Some(3.0),
         height_sigma_ratio: 0.03,
         unknown_position: false,
+        truth: TruthPoint::Nadir,
         threads: 2,
     }
 }
@@ -150,8 +151,7 @@ fn a_camera_that_sees_the_horizon_gives_no_fix() {
         // 51 degrees from the centre to the upper edge, and 45 degrees of pitch.
         intrinsics: Intrinsics::centred(width, height, 0.4 * f64::from(height)),
         height_agl_m: 500.0,
-        pitch_rad: 45f64.to_radians(),
-        roll_rad: 0.0,
+        attitude: Attitude::exact(45f64.to_radians(), 0.0),
     };
     let answer = locate(drawn(), &frame, &FixRequest { view, ..request }, 2).unwrap();
     assert!(matches!(&answer, Answer::NoFix(n) if n.reason == Reason::HorizonInView), "{answer:?}");

@@ -6,7 +6,7 @@ use crate::frame::overfly_frame;
 use crate::store::overfly_store;
 use overfly_core::camera::Intrinsics;
 use overfly_flight::locate::candidates::default_layer;
-use overfly_flight::locate::{Answer, Fix, FixParameters, NoFix, Reason, ViewParameters, locate};
+use overfly_flight::locate::{Answer, Fix, FixParameters, NoFix, PositionOf, Reason, ViewParameters, locate};
 use std::ffi::c_char;
 
 /// A pinhole camera with OpenCV's distortion model. Pixels are counted from the upper-left corner of the image.
@@ -48,21 +48,33 @@ pub struct overfly_fix_request {
     pub camera: *const overfly_camera,
     /// Height of the camera above ground, metres.
     pub height_m: f64,
-    /// Angle of the camera off nadir, degrees, positive ahead (0 at first).
+    /// Angle of the camera off nadir, degrees, positive ahead; NaN: unknown.
     pub pitch_deg: f64,
-    /// Angle of the camera off nadir, degrees, positive left (0 at first).
+    /// Angle of the camera off nadir, degrees, positive left; NaN: unknown.
     pub roll_deg: f64,
+    /// One standard deviation of pitch and of roll, degrees; NaN: 2 where both are stated, else 5.
+    pub attitude_sigma_deg: f64,
     /// One standard deviation of the height or the ground sample distance, as a ratio of it (0.03 at first).
     pub scale_sigma_ratio: f64,
     /// Threads to search with (1 at first). The answer does not depend on it.
     pub threads: u32,
 }
 
+/// Which point of the ground the position of a fix is.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum overfly_position_of {
+    /// The point straight below the camera.
+    OVERFLY_NADIR = 0,
+    /// The point at the centre of the image: no height is known.
+    OVERFLY_IMAGE_CENTRE = 1,
+}
+
 /// Where the camera was.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct overfly_fix {
-    /// Latitude of the point straight below the camera, degrees.
+    /// Latitude of the point that `position_of` names, degrees.
     pub latitude_deg: f64,
     /// Longitude of that point, degrees.
     pub longitude_deg: f64,
@@ -72,6 +84,18 @@ pub struct overfly_fix {
     pub covariance_en_m2: f64,
     /// Variance of the position towards north, m^2.
     pub covariance_nn_m2: f64,
+    /// The point that position and covariance are of.
+    pub position_of: overfly_position_of,
+    /// Latitude of the ground at the centre of the image, degrees.
+    pub image_centre_latitude_deg: f64,
+    /// Longitude of that ground, degrees.
+    pub image_centre_longitude_deg: f64,
+    /// Variance of that ground's position towards east, m^2.
+    pub image_centre_covariance_ee_m2: f64,
+    /// Covariance of east and north, m^2.
+    pub image_centre_covariance_en_m2: f64,
+    /// Variance towards north, m^2.
+    pub image_centre_covariance_nn_m2: f64,
     /// Direction of the upper edge of the image, degrees clockwise from true north, [0, 360).
     pub heading_deg: f64,
     /// One standard deviation of the heading, degrees.
@@ -115,8 +139,9 @@ pub extern "C" fn overfly_fix_request_new() -> overfly_fix_request {
         gsd_m_per_px: f64::NAN,
         camera: std::ptr::null(),
         height_m: f64::NAN,
-        pitch_deg: 0.0,
-        roll_deg: 0.0,
+        pitch_deg: f64::NAN,
+        roll_deg: f64::NAN,
+        attitude_sigma_deg: f64::NAN,
         scale_sigma_ratio: 0.03,
         threads: 1,
     }
@@ -180,6 +205,7 @@ impl overfly_fix_request {
                 camera: camera.map(overfly_camera::intrinsics),
                 pitch_deg: stated(self.pitch_deg),
                 roll_deg: stated(self.roll_deg),
+                attitude_sigma_deg: stated(self.attitude_sigma_deg),
             },
             height_sigma_ratio: stated(self.scale_sigma_ratio),
             ..FixParameters::default()
@@ -207,6 +233,15 @@ impl From<&Fix> for overfly_fix {
             covariance_ee_m2: fix.covariance.ee_m2,
             covariance_en_m2: fix.covariance.en_m2,
             covariance_nn_m2: fix.covariance.nn_m2,
+            position_of: match fix.position_of {
+                PositionOf::Nadir => overfly_position_of::OVERFLY_NADIR,
+                PositionOf::ImageCentre => overfly_position_of::OVERFLY_IMAGE_CENTRE,
+            },
+            image_centre_latitude_deg: fix.image_centre.latitude_deg(),
+            image_centre_longitude_deg: fix.image_centre.longitude_deg(),
+            image_centre_covariance_ee_m2: fix.image_centre_covariance.ee_m2,
+            image_centre_covariance_en_m2: fix.image_centre_covariance.en_m2,
+            image_centre_covariance_nn_m2: fix.image_centre_covariance.nn_m2,
             heading_deg: fix.heading.degrees(),
             heading_sigma_deg: fix.heading_sigma_rad.to_degrees(),
             gsd_m_per_px: fix.gsd_m_per_px,
@@ -239,6 +274,7 @@ fn word(reason: Reason) -> &'static str {
         Reason::HorizonInView => "horizon_in_view",
         Reason::InconsistentScale => "inconsistent_scale",
         Reason::InconsistentHeading => "inconsistent_heading",
+        Reason::InconsistentAttitude => "inconsistent_attitude",
     }
 }
 

@@ -1,7 +1,7 @@
 //! The C interface answers as the library does, refuses bad arguments, and its header is the committed one.
 
 use overfly_capi::*;
-use overfly_core::camera::{Intrinsics, View};
+use overfly_core::camera::{Attitude, Intrinsics, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::candidates::{CandidateParameters, candidates};
@@ -54,6 +54,8 @@ fn request(camera: &overfly_camera) -> overfly_fix_request {
         camera,
         height_m: 500.4,
         pitch_deg: 1.17,
+        roll_deg: 0.0,
+        attitude_sigma_deg: 0.1,
         ..overfly_fix_request_new()
     }
 }
@@ -79,8 +81,7 @@ fn expected() -> Fix {
                 distortion: camera.distortion,
             },
             height_agl_m: 500.4,
-            pitch_rad: 1.17f64.to_radians(),
-            roll_rad: 0.0,
+            attitude: Attitude::new(Some(1.17f64.to_radians()), Some(0.0), Some(0.1f64.to_radians())),
         },
         scale_sigma_ratio: 0.03,
         time_s: None,
@@ -108,6 +109,11 @@ fn a_frame_is_located_as_the_library_locates_it() {
     let covariance = expected.covariance;
     let [ee, en, nn] = [covariance.ee_m2, covariance.en_m2, covariance.nn_m2];
     assert_eq!([fix.covariance_ee_m2, fix.covariance_en_m2, fix.covariance_nn_m2], [ee, en, nn]);
+    let image_centre = expected.image_centre_covariance;
+    assert_eq!(fix.image_centre_covariance_ee_m2, image_centre.ee_m2);
+    assert_eq!(fix.image_centre_latitude_deg, expected.image_centre.latitude_deg());
+    assert_eq!(fix.position_of, overfly_position_of::OVERFLY_NADIR);
+    assert!(image_centre.ee_m2 < ee, "the nadir carries the attitude");
     assert_eq!((fix.inliers as usize, fix.heading_deg), (expected.inliers, expected.heading.degrees()));
     unsafe {
         overfly_frame_free(frame);

@@ -14,7 +14,7 @@ use anyhow::{Context, anyhow};
 use overfly_flight::frame::read_colour_frame;
 use overfly_ingest::build;
 use overfly_lab::report::{FlightReport, Mosaic};
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, FlyScore, RecordedFlight, write_fixes};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, FlyScore, RecordedFlight, TruthPoint, write_fixes};
 use overfly_store::{Layer, Reader};
 use serde::Serialize;
 use std::num::NonZeroUsize;
@@ -128,6 +128,7 @@ fn locate_frames(
         heading_sigma_deg: Some(3.0),
         height_sigma_ratio: 0.03,
         unknown_position: false,
+        truth: TruthPoint::Nadir,
         threads,
     };
     let bar = output.progress(flight.frames.len() as u64, "frames");

@@ -126,7 +126,7 @@ fn blackout(text: &str) -> Result<(usize, usize), String> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (flight, store) = args.over.open()?;
+    let (flight, store) = args.over.open(output)?;
     let layer = args.over.layer(&store)?;
     let right_m = args.right_m.map_or_else(|| default_right_m(&store, layer), Ok)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;

@@ -1,7 +1,10 @@
-//! The three arguments of every command that flies a recorded flight over a store.
+//! The arguments of every command that flies a recorded flight over a store.
 
+use crate::cli::attitude_note::attitude_note;
 use crate::cli::failure::Failure;
 use crate::cli::layer::chosen_layer;
+use crate::cli::number::attitude_sigma;
+use crate::cli::output::Output;
 use overfly_lab::trial::RecordedFlight;
 use overfly_store::{Layer, Reader};
 use std::path::PathBuf;
@@ -18,15 +21,24 @@ pub struct FlightOverStore {
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
+    /// One standard deviation of pitch and of roll, degrees in [0, 20]: 0 for frames that look exactly as stated
+    /// [default: flight.csv's, else camera.toml's, else 2 where both are stated, else 5].
+    #[arg(long, value_name = "DEG", value_parser = attitude_sigma)]
+    pub attitude_sigma_deg: Option<f64>,
 }
 
 impl FlightOverStore {
-    /// Reads the flight and opens the store.
+    /// Reads the flight and opens the store; notes how exactly the attitude is taken to be known.
     ///
     /// # Errors
     /// If either cannot be read.
-    pub fn open(&self) -> Result<(RecordedFlight, Reader), Failure> {
+    pub fn open(&self, output: &Output) -> Result<(RecordedFlight, Reader), Failure> {
         let flight = RecordedFlight::read(&self.flight)?;
+        let flight = match self.attitude_sigma_deg {
+            Some(sigma_deg) => flight.with_attitude_sigma_rad(sigma_deg.to_radians()),
+            None => flight,
+        };
+        output.note(&attitude_note(flight.frames.iter().map(|frame| frame.attitude)));
         Ok((flight, Reader::open(&self.db)?))
     }
 

@@ -1,7 +1,7 @@
 //! `AnswerJson`: a fix, or no fix and why.
 
 use overfly_core::geodesy::Geodetic;
-use overfly_flight::locate::{Answer, Fix, NoFix, Reason};
+use overfly_flight::locate::{Answer, Fix, NoFix, PositionOf, Reason};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -30,10 +30,12 @@ pub(crate) struct PointJson {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Fix)]
 pub(crate) struct FixJson {
-    /// Latitude of the nadir, degrees north.
+    /// Latitude of the point that `position_of` names, degrees north.
     latitude_deg: f64,
-    /// Longitude of the nadir, degrees east.
+    /// Longitude of that point, degrees east.
     longitude_deg: f64,
+    /// The point that position and covariance are of.
+    position_of: PositionOfJson,
     /// Azimuth of the image's upper edge, degrees clockwise from true north, [0, 360).
     heading_deg: f64,
     /// One standard deviation of the heading, degrees.
@@ -42,8 +44,10 @@ pub(crate) struct FixJson {
     gsd_m_per_px: f64,
     /// One standard deviation of the scale, as a ratio.
     scale_sigma_ratio: f64,
-    /// [[east-east, east-north], [east-north, north-north]], m^2; the map's own error included.
+    /// [[east-east, east-north], [east-north, north-north]], m^2; the map's own error and the attitude's included.
     covariance_m2: [[f64; 2]; 2],
+    /// The standard deviation of pitch and roll that `covariance_m2` carries, degrees, stated or assumed; null if no height is known.
+    attitude_sigma_deg: Option<f64>,
     /// z-score of the best peak: its height in standard deviations of the correlation surface.
     score: f64,
     /// Probability that an accepted fix with this evidence is wrong.
@@ -52,6 +56,8 @@ pub(crate) struct FixJson {
     log10_false_alarms: Option<f64>,
     /// The ground at the centre of the image.
     image_centre: PointJson,
+    /// Covariance of `image_centre`, m^2, as `covariance_m2`; what registration measures, whatever the attitude.
+    image_centre_covariance_m2: [[f64; 2]; 2],
     /// Number of local windows that agree.
     inliers: usize,
     /// Number of base tiles whose imagery was searched.
@@ -64,6 +70,17 @@ pub(crate) struct FixJson {
     time_s: Option<f64>,
     /// Time from the decoded frame to this answer, milliseconds.
     elapsed_ms: f64,
+}
+
+/// Which point of the ground a fix's position is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = PositionOf)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum PositionOfJson {
+    /// The point straight below the camera.
+    Nadir,
+    /// The point at the centre of the image, if no height is known.
+    ImageCentre,
 }
 
 /// No fix.
@@ -108,6 +125,8 @@ pub(crate) enum ReasonJson {
     InconsistentScale,
     /// The estimated similarity contradicts the given heading.
     InconsistentHeading,
+    /// The tilt that the windows show contradicts the given attitude, or its default.
+    InconsistentAttitude,
 }
 
 impl AnswerJson {
@@ -131,15 +150,18 @@ impl FixJson {
         Self {
             latitude_deg: fix.position.latitude_deg(),
             longitude_deg: fix.position.longitude_deg(),
+            position_of: fix.position_of.into(),
             heading_deg: fix.heading.degrees(),
             heading_sigma_deg: fix.heading_sigma_rad.to_degrees(),
             gsd_m_per_px: fix.gsd_m_per_px,
             scale_sigma_ratio: fix.scale_sigma_ratio,
             covariance_m2: fix.covariance.into(),
+            attitude_sigma_deg: fix.attitude_sigma_rad.map(f64::to_degrees),
             score: fix.score,
             false_fix_probability: fix.false_fix_probability,
             log10_false_alarms: fix.log10_false_alarms,
             image_centre: fix.image_centre.into(),
+            image_centre_covariance_m2: fix.image_centre_covariance.into(),
             inliers: fix.inliers,
             tiles_searched: fix.tiles_searched,
             nominal_count: fix.nominal_count,
@@ -165,6 +187,15 @@ impl NoFixJson {
     }
 }
 
+impl From<PositionOf> for PositionOfJson {
+    fn from(point: PositionOf) -> Self {
+        match point {
+            PositionOf::Nadir => Self::Nadir,
+            PositionOf::ImageCentre => Self::ImageCentre,
+        }
+    }
+}
+
 impl From<Reason> for ReasonJson {
     fn from(reason: Reason) -> Self {
         match reason {
@@ -175,6 +206,7 @@ impl From<Reason> for ReasonJson {
             Reason::HorizonInView => Self::HorizonInView,
             Reason::InconsistentScale => Self::InconsistentScale,
             Reason::InconsistentHeading => Self::InconsistentHeading,
+            Reason::InconsistentAttitude => Self::InconsistentAttitude,
         }
     }
 }

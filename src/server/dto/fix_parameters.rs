@@ -39,10 +39,13 @@ pub(crate) struct FixParametersJson {
     pub height_m: Option<f64>,
     /// The camera.
     pub camera: Option<IntrinsicsJson>,
-    /// Pitch off nadir, degrees in [-45, 45], positive ahead; needs `camera`; 0 by default.
+    /// Pitch off nadir, degrees in [-45, 45], positive ahead; needs `camera`. Not stated is unknown, not 0.
     pub pitch_deg: Option<f64>,
-    /// Roll off nadir, degrees in [-45, 45], positive to the left; needs `camera`; 0 by default.
+    /// Roll off nadir, degrees in [-45, 45], positive to the left; needs `camera`. Not stated is unknown, not 0.
     pub roll_deg: Option<f64>,
+    /// One standard deviation of pitch and of roll, degrees; needs `camera`. By default 2 where both are stated, else 5.
+    #[schema(minimum = 0.0, maximum = 20.0)]
+    pub attitude_sigma_deg: Option<f64>,
     /// One standard deviation of the height (or ground sample distance) as a ratio; 0.03 by default.
     pub height_sigma_ratio: Option<f64>,
     /// The layer to search; by default the only one, or `ortho`.
@@ -68,6 +71,7 @@ impl From<&FixParametersJson> for FixParameters {
                 camera: given.camera.as_ref().map(Intrinsics::from),
                 pitch_deg: given.pitch_deg,
                 roll_deg: given.roll_deg,
+                attitude_sigma_deg: given.attitude_sigma_deg,
             },
             height_sigma_ratio: given.height_sigma_ratio,
             time_s: given.time_s,
@@ -114,6 +118,7 @@ mod tests {
             (r#"{"gsd_m_per_px": 1, "heading_deg": 360}"#, "heading_deg"),
             (r#"{"gsd_m_per_px": 1, "heading_sigma_deg": 3}"#, "heading_sigma_deg"),
             (r#"{"gsd_m_per_px": 1, "pitch_deg": 3}"#, "pitch_deg"),
+            (r#"{"gsd_m_per_px": 1, "attitude_sigma_deg": 3}"#, "attitude_sigma_deg"),
         ] {
             assert_eq!(refusal(json), name, "{json}");
         }

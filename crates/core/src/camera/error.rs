@@ -31,6 +31,14 @@ pub enum CameraError {
         /// The limit, degrees.
         limit_deg: f64,
     },
+    /// A standard deviation of the attitude is out of range.
+    #[error("attitude_sigma_deg = {sigma_deg} must be degrees in [0, {limit_deg}]")]
+    AttitudeSigma {
+        /// The given value, degrees.
+        sigma_deg: f64,
+        /// The limit, degrees.
+        limit_deg: f64,
+    },
     /// The frame has another aspect than the camera's image.
     #[error(
         "the frame is {width_px} x {height_px} px but the camera is {expected_width_px} x {expected_height_px} px; state the intrinsics of the frame itself"
@@ -51,7 +59,7 @@ impl CameraError {
     /// A stable word for scripts and HTTP.
     pub fn code(&self) -> &'static str {
         match self {
-            Self::NotPositive { .. } | Self::NotFinite { .. } => "bad_camera",
+            Self::NotPositive { .. } | Self::NotFinite { .. } | Self::AttitudeSigma { .. } => "bad_camera",
             Self::TooFarOffNadir { .. } => "too_far_off_nadir",
             Self::OtherAspect { .. } => "camera_does_not_fit_frame",
         }

@@ -1,8 +1,8 @@
 //! `View`, the stated attitude and scale of a frame, and `Camera`, the projection that follows from a view.
 
-use super::{CameraError, Intrinsics};
+use super::{Attitude, CameraDeviation, CameraError, Intrinsics};
 use crate::geodesy::BodyOffset;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// The stated attitude and scale of a frame. Positive pitch looks ahead (towards the image's upper edge), positive roll
 /// looks to the left; with both zero the camera looks straight down.
@@ -19,10 +19,8 @@ pub enum View {
         intrinsics: Intrinsics,
         /// Height above ground, metres.
         height_agl_m: f64,
-        /// Pitch off nadir, radians.
-        pitch_rad: f64,
-        /// Roll off nadir, radians.
-        roll_rad: f64,
+        /// How far off nadir it looks.
+        attitude: Attitude,
     },
 }
 
@@ -46,6 +44,8 @@ const MAX_OFF_NADIR_DEG: f64 = 45.0;
 pub struct Camera {
     intrinsics: Intrinsics,
     height_agl_m: f64,
+    /// Pitch and roll off nadir, radians.
+    tilt_rad: [f64; 2],
     /// Rows: the camera's right, down and forward axes in the aircraft's level axes (right, ahead, up).
     camera_from_body: Matrix3<f64>,
 }
@@ -62,11 +62,17 @@ impl Camera {
                 positive("gsd_m_per_px", *gsd_m_per_px)?;
                 let intrinsics = Intrinsics::centred(width_px, height_px, 1.0 / gsd_m_per_px);
                 intrinsics.check()?;
-                Ok(Self { intrinsics, height_agl_m: 1.0, camera_from_body: camera_from_body(0.0, 0.0) })
+                Ok(Self {
+                    intrinsics,
+                    height_agl_m: 1.0,
+                    tilt_rad: [0.0; 2],
+                    camera_from_body: camera_from_body(0.0, 0.0),
+                })
             }
-            View::Posed { intrinsics, height_agl_m, pitch_rad, roll_rad } => {
+            View::Posed { intrinsics, height_agl_m, attitude } => {
                 intrinsics.check()?;
                 positive("height_m", *height_agl_m)?;
+                let [pitch_rad, roll_rad] = attitude.assumed_rad();
                 let limit_rad = MAX_OFF_NADIR_DEG.to_radians();
                 if !(pitch_rad.abs() <= limit_rad && roll_rad.abs() <= limit_rad) {
                     return Err(CameraError::TooFarOffNadir {
@@ -78,7 +84,8 @@ impl Camera {
                 Ok(Self {
                     intrinsics: intrinsics.scaled_to(width_px, height_px)?,
                     height_agl_m: *height_agl_m,
-                    camera_from_body: camera_from_body(*pitch_rad, *roll_rad),
+                    tilt_rad: [pitch_rad, roll_rad],
+                    camera_from_body: camera_from_body(pitch_rad, roll_rad),
                 })
             }
         }
@@ -133,10 +140,45 @@ impl Camera {
         })
     }
 
+    /// The ray (x / z, y / z) of a frame position, pixels, in the camera's axes right, down and forward.
+    pub fn ray_from_frame(&self, pixel: [f64; 2]) -> [f64; 2] {
+        self.intrinsics.ray_from_frame(pixel)
+    }
+
+    /// The ground point of a ray (x / z, y / z) in the axes of a camera that differs from this one in height, pitch and roll, as an
+    /// offset from the nadir; `None` above the horizon.
+    pub fn body_from_ray(&self, [x, y]: [f64; 2], deviation: &CameraDeviation) -> Option<BodyOffset> {
+        let [pitch_rad, roll_rad] = self.tilt_rad;
+        let camera_from_body = camera_from_body(pitch_rad + deviation.pitch_rad, roll_rad + deviation.roll_rad);
+        let ray = camera_from_body.transpose() * Vector3::new(x, y, 1.0);
+        let height_m = self.height_agl_m * deviation.log_height.exp();
+        (ray.z < -1e-6).then(|| BodyOffset { right_m: -ray.x / ray.z * height_m, ahead_m: -ray.y / ray.z * height_m })
+    }
+
     /// The ground point in the middle of the image, as an offset from the nadir; `None` above the horizon.
     pub fn image_centre_in_body(&self) -> Option<BodyOffset> {
         let (w, h) = self.frame_size_px();
         self.body_from_frame([f64::from(w) / 2.0, f64::from(h) / 2.0])
+    }
+
+    /// How the ground point at a frame position, pixels, moves with the camera's tilt, metres per radian: the columns are the
+    /// derivatives of (right, ahead) with respect to pitch and roll; `None` above the horizon. Straight down, at the middle of an
+    /// image, that is the height on each axis.
+    pub fn body_per_tilt(&self, pixel: [f64; 2]) -> Option<Matrix2<f64>> {
+        let [x, y] = self.intrinsics.ray_from_frame(pixel);
+        let ray = self.camera_from_body.transpose() * Vector3::new(x, y, 1.0);
+        // Pitch turns the ray about the right axis, roll about the camera's ahead axis.
+        let ahead = -self.camera_from_body.row(1).transpose();
+        let moved = [Vector3::x().cross(&ray), ahead.cross(&ray)].map(|turned| {
+            [0, 1].map(|axis| -(turned[axis] * ray.z - ray[axis] * turned.z) / (ray.z * ray.z) * self.height_agl_m)
+        });
+        (ray.z < -1e-6).then(|| Matrix2::from_columns(&moved.map(Into::into)))
+    }
+
+    /// [`Camera::body_per_tilt`] in the middle of the image.
+    pub fn image_centre_per_tilt(&self) -> Option<Matrix2<f64>> {
+        let (w, h) = self.frame_size_px();
+        self.body_per_tilt([f64::from(w) / 2.0, f64::from(h) / 2.0])
     }
 
     /// The frame's corners on the ground, as offsets from the nadir, clockwise from the upper left; `None` where a corner
@@ -174,8 +216,7 @@ mod tests {
         let view = View::Posed {
             intrinsics: Intrinsics::centred(400, 300, 500.0),
             height_agl_m: 1000.0,
-            pitch_rad: f64::to_radians(pitch_deg),
-            roll_rad: f64::to_radians(roll_deg),
+            attitude: Attitude::exact(pitch_deg.to_radians(), roll_deg.to_radians()),
         };
         Camera::new(&view, 400, 300).unwrap()
     }
@@ -193,6 +234,24 @@ mod tests {
         assert!((pitched.ahead_m - aside_m).abs() < 1e-6 && pitched.right_m.abs() < 1e-9);
         let rolled = posed(0.0, 10.0).image_centre_in_body().unwrap();
         assert!((rolled.right_m + aside_m).abs() < 1e-6 && rolled.ahead_m.abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_ground_moves_with_the_tilt_as_differences_say() {
+        let step_deg = 1e-4f64;
+        for pixel in [[200.0, 150.0], [10.0, 20.0], [390.0, 280.0]] {
+            let slopes = posed(7.0, -4.0).body_per_tilt(pixel).unwrap();
+            let at = |pitch_deg, roll_deg| {
+                let ground = posed(pitch_deg, roll_deg).body_from_frame(pixel).unwrap();
+                nalgebra::Vector2::new(ground.right_m, ground.ahead_m)
+            };
+            let pitch = (at(7.0 + step_deg, -4.0) - at(7.0 - step_deg, -4.0)) / (2.0 * step_deg.to_radians());
+            let roll = (at(7.0, -4.0 + step_deg) - at(7.0, -4.0 - step_deg)) / (2.0 * step_deg.to_radians());
+            assert!((slopes.column(0) - pitch).norm() < 1e-3 && (slopes.column(1) - roll).norm() < 1e-3, "{pixel:?}");
+        }
+        // Straight down the height: pitch moves the middle ahead, roll to the left.
+        let level = posed(0.0, 0.0).body_per_tilt([200.0, 150.0]).unwrap();
+        assert!((level - Matrix2::new(0.0, -1000.0, 1000.0, 0.0)).norm() < 1e-9);
     }
 
     #[test]

@@ -25,6 +25,14 @@ impl BodyOffset {
     }
 }
 
+impl std::ops::Sub for BodyOffset {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self { right_m: self.right_m - other.right_m, ahead_m: self.ahead_m - other.ahead_m }
+    }
+}
+
 /// The aircraft's level axes under one heading. Rotates offsets between these axes and east-north.
 ///
 /// # Example

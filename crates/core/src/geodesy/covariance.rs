@@ -39,6 +39,11 @@ impl EnuCovariance {
         Self { ee_m2: variance_m2, en_m2: 0.0, nn_m2: variance_m2 }
     }
 
+    /// Makes the covariance of a symmetric matrix with rows and columns east, north. Its upper triangle is taken.
+    pub fn from_matrix(matrix: Matrix2<f64>) -> Self {
+        Self { ee_m2: matrix[(0, 0)], en_m2: matrix[(0, 1)], nn_m2: matrix[(1, 1)] }
+    }
+
     /// The matrix with rows and columns east, north.
     pub fn to_matrix(self) -> Matrix2<f64> {
         Matrix2::new(self.ee_m2, self.en_m2, self.en_m2, self.nn_m2)

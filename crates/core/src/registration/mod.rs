@@ -13,6 +13,7 @@ mod fourier;
 pub mod peak_z_score;
 mod products;
 pub mod relative;
+pub mod resection;
 pub mod robust;
 pub mod similarity;
 pub mod wide;

@@ -27,6 +27,15 @@ pub struct WindowFit {
     pub search: SearchReport,
 }
 
+impl WindowFit {
+    /// Covariance of the place on the map of a point of the view, px^2: what shift, growth and turn add up to `offset_px` from the
+    /// pivot.
+    pub fn covariance_at(&self, offset_px: Vector2<f64>) -> Matrix2<f64> {
+        let of_place = design(offset_px);
+        of_place * self.covariance * of_place.transpose()
+    }
+}
+
 /// How far a correction may go and which windows agree with it.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowFitOptions {
@@ -168,6 +177,18 @@ mod tests {
         let off = Vector4::new(shift.x, shift.y, c, s) - Vector4::new(t[0], t[1], 1.0 + a, b);
         assert!(off.norm() < 0.02, "{off}");
         assert!(fit.inliers.len() >= 15);
+    }
+
+    #[test]
+    fn the_covariance_grows_away_from_the_windows() {
+        let options = WindowFitOptions { tolerance_px: 1.25, max_growth: 0.12, max_turn_rad: 0.14 };
+        let fit = fit_windows(&noisy_windows(12_345), [180.0, 140.0], &options).unwrap();
+        let at_pivot = fit.covariance_at(Vector2::zeros());
+        assert!((at_pivot - fit.covariance.fixed_view::<2, 2>(0, 0)).norm() < 1e-12);
+        // Far away growth and turn dominate: their variances times the square of the distance.
+        let far = fit.covariance_at(Vector2::new(1e6, 0.0)) / 1e12;
+        let (growth, turn) = (fit.covariance[(2, 2)], fit.covariance[(3, 3)]);
+        assert!((far[(0, 0)] / growth - 1.0).abs() < 1e-3 && (far[(1, 1)] / turn - 1.0).abs() < 1e-3);
     }
 
     #[test]

@@ -15,8 +15,10 @@ pub enum Answer {
 /// Where the camera was when the frame was taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
-    /// The nadir: the point straight below the camera.
+    /// The point that `position_of` names.
     pub position: Geodetic,
+    /// Which point the position is.
+    pub position_of: PositionOf,
     /// Azimuth of the image's upper edge.
     pub heading: Heading,
     /// One standard deviation of the heading, radians.
@@ -25,7 +27,7 @@ pub struct Fix {
     pub gsd_m_per_px: f64,
     /// One standard deviation of the scale, as a ratio.
     pub scale_sigma_ratio: f64,
-    /// Covariance of the nadir; the map's own error is included.
+    /// Covariance of the position; the map's own error and the attitude's are included.
     pub covariance: EnuCovariance,
     /// z-score of the correlation peak: its height in standard deviations of the correlation surface.
     pub score: f64,
@@ -33,8 +35,12 @@ pub struct Fix {
     pub false_fix_probability: f64,
     /// log10 of the number of false alarms with this evidence expected by chance in a search of this size.
     pub log10_false_alarms: Option<f64>,
-    /// The ground point at the centre of the image.
+    /// The ground point at the centre of the image, which is what registration measures.
     pub image_centre: Geodetic,
+    /// Covariance of `image_centre`; the map's own error is included.
+    pub image_centre_covariance: EnuCovariance,
+    /// The standard deviation of pitch and roll that `covariance` carries, radians; `None` where the position is the image's centre.
+    pub attitude_sigma_rad: Option<f64>,
     /// Number of local windows that agree.
     pub inliers: usize,
     /// Number of base tiles whose imagery was searched.
@@ -45,6 +51,16 @@ pub struct Fix {
     pub map_epoch: Option<String>,
     /// The request's image time, seconds.
     pub time_s: Option<f64>,
+}
+
+/// Which point of the ground a fix's position is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionOf {
+    /// The point straight below the camera.
+    Nadir,
+    /// The point at the centre of the image: no height is known, so the nadir cannot be told.
+    ImageCentre,
 }
 
 /// Why the frame was not located.
@@ -95,4 +111,6 @@ pub enum Reason {
     InconsistentScale,
     /// The similarity found contradicts the stated heading.
     InconsistentHeading,
+    /// The tilt that the windows show contradicts the stated attitude.
+    InconsistentAttitude,
 }

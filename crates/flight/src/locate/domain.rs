@@ -1,6 +1,7 @@
 //! `Domain`: the values that a parameter accepts, and the words for them.
 
 use super::error::LocateError;
+use overfly_core::camera::MAX_ATTITUDE_SIGMA_DEG;
 use overfly_core::geodesy::MAX_LATITUDE_DEG;
 
 /// An interval of accepted values.
@@ -52,6 +53,8 @@ pub const HEADING: Domain =
 /// Standard deviation of a heading, degrees. The bound allows for rounding from radians.
 pub const HEADING_SIGMA: Domain =
     Domain { excludes_from: true, ..Domain::closed(0.0, 180.0 + 1e-9, "must be degrees in (0, 180]") };
+/// Standard deviation of pitch and roll, degrees. The bound allows for rounding from radians.
+pub const ATTITUDE_SIGMA: Domain = Domain::closed(0.0, MAX_ATTITUDE_SIGMA_DEG + 1e-9, "must be degrees in [0, 20]");
 /// Standard deviation of height or ground sample distance, as a ratio.
 pub const HEIGHT_SIGMA: Domain = Domain { excludes_from: true, ..Domain::closed(0.0, 0.3, "must lie in (0, 0.3]") };
 /// Ground sample distance and height: any positive number.

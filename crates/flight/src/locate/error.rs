@@ -86,6 +86,7 @@ impl LocateError {
                 CameraError::NotPositive { name, .. } | CameraError::NotFinite { name, .. } => name,
                 CameraError::TooFarOffNadir { pitch_deg, limit_deg, .. } if pitch_deg.abs() <= *limit_deg => "roll_deg",
                 CameraError::TooFarOffNadir { .. } => "pitch_deg",
+                CameraError::AttitudeSigma { .. } => "attitude_sigma_deg",
                 CameraError::OtherAspect { .. } => "camera",
             }),
             Self::Store(_) | Self::Cancelled | Self::TooWide { .. } | Self::MemoryLimit { .. } => None,

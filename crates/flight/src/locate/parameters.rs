@@ -3,7 +3,7 @@
 use super::domain::{METRES, POSITIVE};
 use super::error::LocateError;
 use super::request::{FixRequest, HeadingPrior, PositionPrior, check_view};
-use overfly_core::camera::{Intrinsics, View};
+use overfly_core::camera::{Attitude, Intrinsics, View};
 
 /// Standard deviation of a stated heading where none is given, degrees.
 const DEFAULT_HEADING_SIGMA_DEG: f64 = 3.0;
@@ -114,10 +114,12 @@ pub struct ViewParameters {
     pub height_m: Option<f64>,
     /// The camera's intrinsics; need `height_m`.
     pub camera: Option<Intrinsics>,
-    /// Pitch off nadir, degrees in [-45, 45], positive ahead; needs `camera`; 0 by default.
+    /// Pitch off nadir, degrees in [-45, 45], positive ahead; needs `camera`.
     pub pitch_deg: Option<f64>,
-    /// Roll off nadir, degrees in [-45, 45], positive to the left; needs `camera`; 0 by default.
+    /// Roll off nadir, degrees in [-45, 45], positive to the left; needs `camera`.
     pub roll_deg: Option<f64>,
+    /// One standard deviation of pitch and of roll, degrees in [0, 20]; needs `camera`. By default 2 where both are stated, else 5.
+    pub attitude_sigma_deg: Option<f64>,
 }
 
 impl ViewParameters {
@@ -138,9 +140,10 @@ impl ViewParameters {
             }
             (None, Some(height_agl_m), Some(camera)) => {
                 POSITIVE.check("height_m", height_agl_m)?;
-                let radians = |angle_deg: Option<f64>| angle_deg.unwrap_or(0.0).to_radians();
+                let radians = |angle_deg: Option<f64>| angle_deg.map(f64::to_radians);
                 let (pitch_rad, roll_rad) = (radians(self.pitch_deg), radians(self.roll_deg));
-                View::Posed { intrinsics: camera.clone(), height_agl_m, pitch_rad, roll_rad }
+                let attitude = Attitude::new(pitch_rad, roll_rad, radians(self.attitude_sigma_deg));
+                View::Posed { intrinsics: camera.clone(), height_agl_m, attitude }
             }
             (None, Some(_), None) => return missing("camera", "it is required beside height_m"),
             (None, None, Some(_)) => return missing("height_m", "it is required beside camera"),
@@ -150,9 +153,13 @@ impl ViewParameters {
         Ok(Some(view))
     }
 
-    /// Only a camera with a height can be tilted.
+    /// Only a camera with a height can be tilted, or known to be untilted.
     fn refuse_tilt(&self, with: &'static str) -> Result<(), LocateError> {
-        let tilted = [("pitch_deg", self.pitch_deg), ("roll_deg", self.roll_deg)];
+        let tilted = [
+            ("pitch_deg", self.pitch_deg),
+            ("roll_deg", self.roll_deg),
+            ("attitude_sigma_deg", self.attitude_sigma_deg),
+        ];
         match tilted.into_iter().find(|(_, angle)| angle.is_some_and(|a| a != 0.0)) {
             Some((name, _)) => conflict(name, with),
             None => Ok(()),
@@ -201,7 +208,9 @@ mod tests {
             view,
             ..FixParameters::default()
         };
-        assert!(matches!(posed.request("ortho").unwrap().view, View::Posed { .. }));
+        // Roll is not stated, so the attitude is as good as unknown.
+        let View::Posed { attitude, .. } = posed.request("ortho").unwrap().view else { panic!("a pose") };
+        assert_eq!((attitude.roll_rad, attitude.sigma_rad), (None, Attitude::UNSTATED.sigma_rad));
     }
 
     fn refused(change: impl FnOnce(&mut FixParameters)) -> &'static str {
@@ -225,6 +234,9 @@ mod tests {
             ..ViewParameters::default()
         };
         assert_eq!(refused(|p| p.view = posed(46.0)), "pitch_deg");
+        assert_eq!(refused(|p| p.view.attitude_sigma_deg = Some(2.0)), "attitude_sigma_deg");
+        let unsure = |sigma_deg| ViewParameters { attitude_sigma_deg: Some(sigma_deg), ..posed(1.0) };
+        assert_eq!(refused(|p| p.view = unsure(21.0)), "attitude_sigma_deg");
     }
 
     #[test]

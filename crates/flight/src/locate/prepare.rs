@@ -9,6 +9,7 @@ use super::refusal::{EarlyEnd, Refusal};
 use super::request::PositionPrior;
 use super::search_context::SearchContext;
 use super::search_extent::SearchExtent;
+use super::search_region::searched_position;
 use overfly_core::camera::Camera;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
@@ -50,7 +51,8 @@ impl<'a> PreparedFrame<'a> {
     /// [`EarlyEnd::NoFix`] where the area holds no map or the frame cannot be compared with one; [`EarlyEnd::Error`] where the
     /// store fails.
     pub fn new(context: &SearchContext<'a>, frame: &'a Gray, camera: Camera) -> Result<Self, EarlyEnd> {
-        let (layer, position) = (context.layer, &context.request.position);
+        let layer = context.layer;
+        let position = &searched_position(context.request, &camera);
         let outside = |detail: &str| Refusal::new(Reason::OutsideMap, detail);
         let centre = centre(position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
         let levels = Levels::choose(&camera, layer, centre);

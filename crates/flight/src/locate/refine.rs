@@ -7,6 +7,7 @@ use super::map::Map;
 use super::observation::Observation;
 use super::prepare::PreparedFrame;
 use super::search_context::SearchContext;
+use overfly_core::camera::GroundGrid;
 use overfly_core::registration::a_contrario::{self, ConsensusCounts};
 use overfly_core::registration::window_fit::{WindowFit, WindowFitOptions, fit_windows};
 use overfly_core::registration::windows::{WindowMatch, WindowOptions};
@@ -25,6 +26,10 @@ pub struct RefinedPlace {
     pub log10_window_false_alarms: f64,
     /// The last pass, and the pose that it started from.
     pub last_pass: (Pass, CameraPose),
+    /// The windows of the last pass, which `fit.inliers` counts.
+    pub matches: Vec<WindowMatch>,
+    /// The view of the last pass, in whose pixels the windows lie.
+    pub grid: GroundGrid,
     /// The coarse peak that was refined.
     pub peak: CoarsePeak,
 }
@@ -145,6 +150,8 @@ fn refine(map: &Map<'_>, prepared: &PreparedFrame<'_>, peak: CoarsePeak) -> Resu
             log10_window_false_alarms: log10_false_alarms(&fit, &windows, &pass),
             fit,
             last_pass: (pass, start),
+            matches: windows,
+            grid: observation.view.grid,
             peak,
         };
         if refined.is_none() && place.is_hopeless() {

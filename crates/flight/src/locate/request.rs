@@ -1,11 +1,11 @@
 //! `FixRequest`: what a caller asks of `locate`, and the domain of every parameter.
 
-use super::domain::{CORRELATION, HEADING, HEADING_SIGMA, HEIGHT_SIGMA, LATITUDE, LONGITUDE, METRES};
+use super::domain::{ATTITUDE_SIGMA, CORRELATION, HEADING, HEADING_SIGMA, HEIGHT_SIGMA, LATITUDE, LONGITUDE, METRES};
 use super::error::LocateError;
 use overfly_core::camera::{Camera, View};
 use overfly_core::geodesy::Geodetic;
 
-/// What is known of the position of the nadir.
+/// What is known of the position of the nadir; of the image's centre, where the view states no height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PositionPrior {
     /// A Gaussian: the 99.7 % ellipse is searched.
@@ -101,7 +101,7 @@ pub struct FixRequest {
     pub position: PositionPrior,
     /// What is known of the heading; `None`: all headings are searched.
     pub heading: Option<HeadingPrior>,
-    /// How the camera looked. Pitch and roll lie within 45 degrees of nadir.
+    /// How the camera looked. Pitch and roll lie within 45 degrees of nadir, their standard deviation in [0, 20] degrees.
     pub view: View,
     /// One standard deviation of the height (or ground sample distance) as a ratio, in (0, 0.3].
     pub scale_sigma_ratio: f64,
@@ -137,13 +137,16 @@ pub(super) fn check_view(view: &View) -> Result<(), LocateError> {
         View::Posed { intrinsics, .. } => (intrinsics.width_px, intrinsics.height_px),
     };
     Camera::new(view, width_px, height_px)?;
-    Ok(())
+    match view {
+        View::Nadir { .. } => Ok(()),
+        View::Posed { attitude, .. } => ATTITUDE_SIGMA.check("attitude_sigma_deg", attitude.sigma_rad.to_degrees()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overfly_core::camera::Intrinsics;
+    use overfly_core::camera::{Attitude, Intrinsics};
     use std::f64::consts::TAU;
 
     fn request() -> FixRequest {
@@ -191,12 +194,26 @@ mod tests {
         let posed = |pitch_deg: f64, roll_deg: f64| View::Posed {
             intrinsics: Intrinsics::centred(640, 480, 700.0),
             height_agl_m: 500.0,
-            pitch_rad: pitch_deg.to_radians(),
-            roll_rad: roll_deg.to_radians(),
+            attitude: Attitude::exact(pitch_deg.to_radians(), roll_deg.to_radians()),
         };
         assert_eq!(refused(|r| r.view = posed(46.0, 0.0)), "pitch_deg");
         assert_eq!(refused(|r| r.view = posed(0.0, -46.0)), "roll_deg");
         assert!(FixRequest { view: posed(45.0, -45.0), ..request() }.check().is_ok());
+    }
+
+    #[test]
+    fn the_standard_deviation_of_the_attitude_is_checked() {
+        let with_sigma = |sigma_deg: f64| View::Posed {
+            intrinsics: Intrinsics::centred(640, 480, 700.0),
+            height_agl_m: 500.0,
+            attitude: Attitude::new(None, None, Some(sigma_deg.to_radians())),
+        };
+        for sigma_deg in [-0.1, 20.1, f64::NAN] {
+            assert_eq!(refused(|r| r.view = with_sigma(sigma_deg)), "attitude_sigma_deg");
+        }
+        for sigma_deg in [0.0, 20.0] {
+            assert!(FixRequest { view: with_sigma(sigma_deg), ..request() }.check().is_ok());
+        }
     }
 
     #[test]

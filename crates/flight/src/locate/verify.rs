@@ -4,6 +4,7 @@ use super::answer::Reason;
 use super::coarse_peaks::CoarsePeaks;
 use super::map::Map;
 use super::observation::peak_z_score_at;
+use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
 use super::refine::RefinedPlace;
 use super::refusal::Refusal;
@@ -134,6 +135,19 @@ impl Verifier<'_> {
         self.inconsistency(&best.refined)
     }
 
+    fn contradicted_attitude(&self, best: &RefinedPlace) -> Option<Refusal> {
+        let tilt = TiltFound::new(best, &self.request.view, self.prepared.frame.camera())?;
+        tilt.contradicts().then(|| {
+            let [pitch_deg, roll_deg] = tilt.off_rad.map(f64::to_degrees);
+            let detail = format!(
+                "the windows show a pitch {pitch_deg:.1} and a roll {roll_deg:.1} degrees off the stated or assumed attitude, {:.1} standard deviations; at most {:.1} are accepted",
+                tilt.sigmas,
+                TiltFound::most_sigmas()
+            );
+            Refusal::new(Reason::InconsistentAttitude, detail)
+        })
+    }
+
     fn inconsistency(&self, best: &RefinedPlace) -> Option<Refusal> {
         let off = best.pose.height_ratio.ln().abs();
         let bound = 4.0 * self.request.scale_sigma_ratio + 0.02;
@@ -142,6 +156,9 @@ impl Verifier<'_> {
             let detail =
                 format!("the scale found is {ratio:.3} of the stated scale, at most {bound:.3} off is accepted");
             return Some(Refusal::new(Reason::InconsistentScale, detail));
+        }
+        if let Some(refusal) = self.contradicted_attitude(best) {
+            return Some(refusal);
         }
         let prior = self.request.heading?;
         let turn = wrap_turn_rad(best.pose.heading_rad - prior.heading_rad);

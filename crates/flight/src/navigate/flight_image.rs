@@ -4,7 +4,7 @@
 
 use super::measurements::{OdometryStep, SensorReading, SensorSigmas};
 use nalgebra::Matrix2;
-use overfly_core::camera::{Camera, CameraError, Intrinsics, View};
+use overfly_core::camera::{Attitude, Camera, CameraError, Intrinsics, View};
 use overfly_core::geodesy::{BodyOffset, wrap_turn_rad};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
@@ -21,10 +21,8 @@ pub struct FlightImage {
     pub reading: SensorReading,
     /// The camera's intrinsics.
     pub intrinsics: Intrinsics,
-    /// Pitch off nadir, radians, positive ahead.
-    pub pitch_rad: f64,
-    /// Roll off nadir, radians, positive left.
-    pub roll_rad: f64,
+    /// How far off nadir the camera looks.
+    pub attitude: Attitude,
 }
 
 /// Lower bound on one standard deviation of a displacement, as a share of its length: ground is not flat.
@@ -40,12 +38,7 @@ const GATE_SIGMAS: f64 = 5.0;
 impl FlightImage {
     /// The camera's view from a height, metres above ground.
     pub fn view(&self, height_agl_m: f64) -> View {
-        View::Posed {
-            intrinsics: self.intrinsics.clone(),
-            height_agl_m,
-            pitch_rad: self.pitch_rad,
-            roll_rad: self.roll_rad,
-        }
+        View::Posed { intrinsics: self.intrinsics.clone(), height_agl_m, attitude: self.attitude }
     }
 
     /// The camera at a height, metres above ground.
@@ -102,7 +95,7 @@ impl LevelView {
         let factor = (edge_px / MAX_EDGE_PX).ceil() as usize;
         let gray = if factor > 1 { image.gray.binned(factor) } else { Gray::clone(&image.gray) };
         let camera = camera.resized(gray.width_px(), gray.height_px());
-        if image.pitch_rad != 0.0 || image.roll_rad != 0.0 || image.intrinsics.distortion != [0.0; 5] {
+        if image.attitude.assumed_rad() != [0.0; 2] || image.intrinsics.distortion != [0.0; 5] {
             return Ok(Self::rectified(&gray, &camera));
         }
         let per_height = camera.gsd_m_per_px();
@@ -167,8 +160,7 @@ mod tests {
             time_s: 0.0,
             reading: SensorReading { heading_rad: f64::to_radians(heading_deg), height_m: 500.0 },
             intrinsics: Intrinsics::centred(400, 300, 500.0),
-            pitch_rad: f64::to_radians(pitch_deg),
-            roll_rad: 0.0,
+            attitude: Attitude::exact(pitch_deg.to_radians(), 0.0),
         }
     }
 
@@ -204,8 +196,8 @@ mod tests {
 
     /// A pattern on the ground seen by a tilted camera.
     fn tilted(pitch_deg: f64, roll_deg: f64) -> FlightImage {
-        let blank = image(0.0, pitch_deg);
-        let blank = FlightImage { roll_rad: f64::to_radians(roll_deg), ..blank };
+        let attitude = Attitude::exact(pitch_deg.to_radians(), roll_deg.to_radians());
+        let blank = FlightImage { attitude, ..image(0.0, 0.0) };
         let camera = blank.camera(1.0).unwrap();
         let bright = |i: usize| {
             let pixel = [(i % 400) as f64 + 0.5, (i / 400) as f64 + 0.5];

@@ -27,7 +27,7 @@ const ALTERNATIVE_SIGMA_M: f64 = 1e4;
 ///
 /// # Example
 /// ```no_run
-/// use overfly_core::{camera::Intrinsics, geodesy::Geodetic};
+/// use overfly_core::{camera::{Attitude, Intrinsics}, geodesy::Geodetic};
 /// use overfly_flight::frame::read_frame;
 /// use overfly_flight::navigate::{FlightImage, NavigateOptions, Navigator, SensorReading};
 ///
@@ -39,8 +39,7 @@ const ALTERNATIVE_SIGMA_M: f64 = 1e4;
 ///         time_s,
 ///         reading: SensorReading { heading_rad: 1.2, height_m: 500.0 },
 ///         intrinsics: Intrinsics::centred(640, 480, 700.0),
-///         pitch_rad: 0.0,
-///         roll_rad: 0.0,
+///         attitude: Attitude::UNSTATED,
 ///     })
 /// };
 /// let start = Geodetic::from_degrees(48.4915, 15.616)?;

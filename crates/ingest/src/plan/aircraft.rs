@@ -2,7 +2,7 @@
 
 use super::error::PlanError;
 use super::text_file::read_text;
-use overfly_core::camera::Intrinsics;
+use overfly_core::camera::CameraFile;
 use overfly_core::coupling::{Calibration, CouplingError, CouplingParameters, DriftGrowth, ground_extent_m};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -69,7 +69,7 @@ pub fn read_aircraft(path: &Path) -> Result<Aircraft, PlanError> {
     let mut aircraft: Aircraft = read_toml(path, refuse)?;
     if let Some(camera) = &aircraft.camera {
         let beside = path.parent().unwrap_or(Path::new("")).join(camera);
-        let camera: Intrinsics = read_toml(&beside, |reason| refuse(format!("camera {}: {reason}", beside.display())))?;
+        let camera: CameraFile = read_toml(&beside, |reason| refuse(format!("camera {}: {reason}", beside.display())))?;
         camera.check().map_err(|e| refuse(format!("camera {}: {e}", beside.display())))?;
         let Some(height_m) = aircraft.height_m else { return Err(refuse("camera needs height_m".into())) };
         if aircraft.gsd_m_per_px.is_some() || aircraft.field_of_view_deg.is_some() {

@@ -42,11 +42,13 @@ impl Log {
         std::fs::write(folder.join("flight.csv"), &self.csv)?;
         std::fs::write(
             folder.join("camera.toml"),
+            // flight.csv holds pitch and roll to the thousandth of a degree, and nothing else is wrong with them.
             format!(
                 "# Drawn by examples/generate_tiles: pinhole with the OpenCV distortion model (k1, k2, p1, p2, k3), pixels from the\n\
                  # image's corner. Ground sample distance = height_agl_m / focal_length_px.\n\
                  width_px = {WIDTH_PX}\nheight_px = {HEIGHT_PX}\nfocal_length_px = {FOCAL_PX:.1}\n\
-                 principal_point_px = {PRINCIPAL_PX:?}\ndistortion = {DISTORTION:?}\n"
+                 principal_point_px = {PRINCIPAL_PX:?}\ndistortion = {DISTORTION:?}\n\
+                 attitude_sigma_deg = 0.001\n"
             ),
         )?;
         Ok(())

@@ -1,7 +1,7 @@
 //! Reads `camera.toml`.
 
 use super::error::TrialError;
-use overfly_core::camera::Intrinsics;
+use overfly_core::camera::CameraFile;
 use std::path::Path;
 
 /// Returns the camera that a `camera.toml` describes.
@@ -9,10 +9,10 @@ use std::path::Path;
 /// # Errors
 /// [`TrialError::Unreadable`]; [`TrialError::NotACamera`] if a key is missing or of the wrong type, or if no camera
 /// has these numbers.
-pub fn read_camera(path: &Path) -> Result<Intrinsics, TrialError> {
+pub fn read_camera(path: &Path) -> Result<CameraFile, TrialError> {
     let not_a_camera = |reason: String| TrialError::NotACamera { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;
-    let camera: Intrinsics =
+    let camera: CameraFile =
         toml::from_str(&text).map_err(|e| not_a_camera(e.to_string().trim().replace('\n', " ")))?;
     camera.check().map_err(|e| not_a_camera(e.to_string()))?;
     Ok(camera)

@@ -116,21 +116,18 @@ impl FixOutcome {
     /// NEES of the fix: e^T C^-1 e of its error and its own covariance. `None` without a fix; infinite if the
     /// covariance is not positive definite.
     pub fn nees(&self) -> Option<f64> {
-        let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
-        Some(fix.covariance.squared_mahalanobis(error))
+        Some(self.covariance?.squared_mahalanobis(self.error?))
     }
 
     /// Whether the fix's own 95 % ellipse contains the truth; `None` without a fix. A covariance that is not positive
     /// definite contains nothing.
     pub fn is_in_ellipse95(&self) -> Option<bool> {
-        let (Answer::Fix(fix), Some(error)) = (&self.answer, self.error) else { return None };
-        Some(fix.covariance.contains_95(error))
+        Some(self.covariance?.contains_95(self.error?))
     }
 
     /// Semi-major axis of the fix's own 95 % ellipse, metres; `None` without a fix.
     pub fn semi_major_95_m(&self) -> Option<f64> {
-        let (Answer::Fix(fix), Some(_)) = (&self.answer, self.error) else { return None };
-        Some(fix.covariance.ellipse_95().semi_major_m)
+        Some(self.covariance?.ellipse_95().semi_major_m)
     }
 
     /// Base tiles whose imagery was searched.
@@ -146,7 +143,7 @@ impl FixOutcome {
 pub(crate) mod tests {
     use super::*;
     use overfly_core::geodesy::{CHI_SQUARE_95, Geodetic, Heading, LocalFrame};
-    use overfly_flight::locate::{Fix, NoFix, Reason};
+    use overfly_flight::locate::{Fix, NoFix, PositionOf, Reason};
 
     /// A fix with an error of `error` metres and a given covariance, or no fix.
     pub(crate) fn outcome(error: Option<[f64; 2]>, covariance_m2: [[f64; 2]; 2]) -> FixOutcome {
@@ -157,6 +154,7 @@ pub(crate) mod tests {
                 let at = LocalFrame::at(truth).geodetic_from_enu(error).unwrap();
                 Answer::Fix(Fix {
                     position: at,
+                    position_of: PositionOf::Nadir,
                     heading: Heading::from_degrees(12.0),
                     heading_sigma_rad: 0.2f64.to_radians(),
                     gsd_m_per_px: 1.0,
@@ -166,6 +164,8 @@ pub(crate) mod tests {
                     false_fix_probability: 1e-9,
                     log10_false_alarms: Some(-9.0),
                     image_centre: at,
+                    image_centre_covariance: covariance_m2.into(),
+                    attitude_sigma_rad: Some(0.0),
                     inliers: 30,
                     tiles_searched: 6,
                     nominal_count: 4.0,
@@ -183,7 +183,16 @@ pub(crate) mod tests {
                 time_s: None,
             }),
         };
-        FixOutcome { image: "a.png".into(), truth, prior: truth, answer, error, elapsed_ms: 10.0, decode_ms: 1.0 }
+        FixOutcome {
+            image: "a.png".into(),
+            truth,
+            prior: truth,
+            answer,
+            error,
+            covariance: error.map(|_| covariance_m2.into()),
+            elapsed_ms: 10.0,
+            decode_ms: 1.0,
+        }
     }
 
     #[test]

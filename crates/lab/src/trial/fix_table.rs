@@ -20,6 +20,13 @@ struct FixRow<'a> {
     covariance_nn_m2: Option<Decimals<6>>,
     elapsed_ms: Decimals<3>,
     reason: Option<Reason>,
+    image_centre_latitude_deg: Option<Decimals<9>>,
+    image_centre_longitude_deg: Option<Decimals<9>>,
+    image_centre_covariance_ee_m2: Option<Decimals<6>>,
+    image_centre_covariance_en_m2: Option<Decimals<6>>,
+    image_centre_covariance_nn_m2: Option<Decimals<6>>,
+    /// Not computed yet.
+    protection_level_m: Option<Decimals<3>>,
 }
 
 impl<'a> FixRow<'a> {
@@ -34,6 +41,11 @@ impl<'a> FixRow<'a> {
                 covariance_ee_m2: Some(Decimals(f.covariance.ee_m2)),
                 covariance_en_m2: Some(Decimals(f.covariance.en_m2)),
                 covariance_nn_m2: Some(Decimals(f.covariance.nn_m2)),
+                image_centre_latitude_deg: Some(Decimals(f.image_centre.latitude_deg())),
+                image_centre_longitude_deg: Some(Decimals(f.image_centre.longitude_deg())),
+                image_centre_covariance_ee_m2: Some(Decimals(f.image_centre_covariance.ee_m2)),
+                image_centre_covariance_en_m2: Some(Decimals(f.image_centre_covariance.en_m2)),
+                image_centre_covariance_nn_m2: Some(Decimals(f.image_centre_covariance.nn_m2)),
                 ..row
             },
             Answer::NoFix(n) => Self { status: "no_fix", reason: Some(n.reason), ..row },
@@ -61,9 +73,12 @@ mod tests {
         let outcomes = [outcome(Some([0.0, 0.0]), covariance), outcome(None, covariance)];
         let csv = csv_text(outcomes.iter().map(FixRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        let header = "image,status,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,covariance_nn_m2,elapsed_ms,reason";
+        let header = "image,status,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,covariance_nn_m2,elapsed_ms,reason,image_centre_latitude_deg,image_centre_longitude_deg,image_centre_covariance_ee_m2,image_centre_covariance_en_m2,image_centre_covariance_nn_m2,protection_level_m";
         assert_eq!(lines[0], header);
-        assert_eq!(lines[1], "a.png,fix,48.000000000,15.000000000,12.0000,1.500000,0.250000,2.000000,10.000,");
-        assert_eq!(lines[2], "a.png,no_fix,,,,,,,10.000,ambiguous");
+        assert_eq!(
+            lines[1],
+            "a.png,fix,48.000000000,15.000000000,12.0000,1.500000,0.250000,2.000000,10.000,,48.000000000,15.000000000,1.500000,0.250000,2.000000,"
+        );
+        assert_eq!(lines[2], "a.png,no_fix,,,,,,,10.000,ambiguous,,,,,,");
     }
 }

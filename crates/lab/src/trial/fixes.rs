@@ -3,9 +3,9 @@
 
 use super::error::TrialError;
 use super::recorded_flight::{RecordedFlight, RecordedFrame};
-use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::geodesy::{Enu, EnuCovariance, Geodetic, LocalFrame};
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_flight::locate::{Answer, Fix, FixRequest, HeadingPrior, PositionPrior, locate};
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -27,8 +27,30 @@ pub struct FixTrial {
     pub height_sigma_ratio: f64,
     /// Whether the whole layer is searched.
     pub unknown_position: bool,
+    /// The point of the ground that the flight's truth is.
+    pub truth: TruthPoint,
     /// Threads of each search. Frames are located one after another, so that times are meaningful.
     pub threads: usize,
+}
+
+/// The point of the ground that a flight's true columns are, and at which fixes are judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TruthPoint {
+    /// The point straight below the camera.
+    #[default]
+    Nadir,
+    /// The ground under the image's centre.
+    Centre,
+}
+
+impl TruthPoint {
+    /// The point of a fix that is judged, and its covariance.
+    pub fn of(self, fix: &Fix) -> (Geodetic, EnuCovariance) {
+        match self {
+            Self::Nadir => (fix.position, fix.covariance),
+            Self::Centre => (fix.image_centre, fix.image_centre_covariance),
+        }
+    }
 }
 
 /// The result of one frame.
@@ -36,7 +58,7 @@ pub struct FixTrial {
 pub struct FixOutcome {
     /// Name in `flight.csv`.
     pub image: String,
-    /// The true nadir.
+    /// The true point.
     pub truth: Geodetic,
     /// The centre of the searched square.
     pub prior: Geodetic,
@@ -44,6 +66,8 @@ pub struct FixOutcome {
     pub answer: Answer,
     /// Fix minus truth; `None` without a fix.
     pub error: Option<Enu>,
+    /// The fix's own covariance of the point that is judged.
+    pub covariance: Option<EnuCovariance>,
     /// Duration from the decoded frame in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
     /// Duration from the file to the decoded frame, milliseconds.
@@ -103,15 +127,17 @@ impl FixTrial {
             .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
             .for_original(reduction);
         let elapsed_ms = milliseconds(asked);
-        let error = match &answer {
-            Answer::Fix(fix) => Some(LocalFrame::at(truth).enu_from_geodetic(fix.position)),
+        let judged = match &answer {
+            Answer::Fix(fix) => Some(self.truth.of(fix)),
             Answer::NoFix(_) => None,
         };
-        Ok(FixOutcome { image: frame.image.clone(), truth, prior, answer, error, elapsed_ms, decode_ms })
+        let error = judged.map(|(point, _)| LocalFrame::at(truth).enu_from_geodetic(point));
+        let covariance = judged.map(|(_, covariance)| covariance);
+        Ok(FixOutcome { image: frame.image.clone(), truth, prior, answer, error, covariance, elapsed_ms, decode_ms })
     }
 
     /// The prior of one frame. Each frame has its own random stream, so that neither order nor threads matter.
-    fn displaced(&self, truth: Geodetic, index: usize) -> Geodetic {
+    pub(super) fn displaced(&self, truth: Geodetic, index: usize) -> Geodetic {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(index as u64);
         let mut axis = || rng.random_range(-self.prior_error_m..=self.prior_error_m);
@@ -151,6 +177,7 @@ mod tests {
             heading_sigma_deg: Some(3.0),
             height_sigma_ratio: 0.03,
             unknown_position: false,
+            truth: TruthPoint::Nadir,
             threads: 1,
         }
     }

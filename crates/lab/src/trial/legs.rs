@@ -151,6 +151,7 @@ fn compared(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use overfly_core::camera::Attitude;
     use overfly_core::geodesy::Geodetic;
 
     fn frame(time_s: f64, heading_deg: f64, height_agl_m: f64) -> RecordedFrame {
@@ -163,8 +164,7 @@ mod tests {
             true_heading_rad: None,
             height_agl_m,
             heading_rad: heading_deg.to_radians(),
-            pitch_rad: 0.0,
-            roll_rad: 0.0,
+            attitude: Attitude::UNSTATED,
         }
     }
 

@@ -3,7 +3,7 @@
 use super::camera_file::read_camera;
 use super::error::TrialError;
 use super::input_table::{InputRow, InputTable};
-use overfly_core::camera::{Intrinsics, View};
+use overfly_core::camera::{Attitude, Intrinsics, MAX_ATTITUDE_SIGMA_DEG, View};
 use overfly_core::geodesy::Geodetic;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -38,15 +38,14 @@ pub struct RecordedFrame {
     pub height_agl_m: f64,
     /// Heading by the compass, radians clockwise from true north.
     pub heading_rad: f64,
-    /// Camera off nadir, radians, positive ahead.
-    pub pitch_rad: f64,
-    /// Camera off nadir, radians, positive left.
-    pub roll_rad: f64,
+    /// How far off nadir the camera looked, as stated.
+    pub attitude: Attitude,
 }
 
-const NEEDED: [&str; 6] = ["image", "time_s", "height_agl_m", "heading_deg", "pitch_deg", "roll_deg"];
+const NEEDED: [&str; 4] = ["image", "time_s", "height_agl_m", "heading_deg"];
 const ANGLE: &str = "a number of degrees in [-360, 360]";
-const TILT: &str = "a number of degrees off nadir in (-90, 90)";
+const TILT: &str = "a number of degrees off nadir in (-90, 90), or empty";
+const TILT_SIGMA: &str = "a number of degrees in [0, 20], or empty";
 
 impl RecordedFlight {
     /// Reads `flight.csv` and `camera.toml` of a folder, and checks that every image exists. Images are not decoded.
@@ -57,28 +56,30 @@ impl RecordedFlight {
         let path = folder.join("flight.csv");
         let table = InputTable::read(&path, &NEEDED)?;
         let camera = read_camera(&folder.join("camera.toml"))?;
+        let attitude_sigma_rad = camera.attitude_sigma_deg.map(f64::to_radians);
         let mut names = HashSet::new();
         let mut frames = Vec::with_capacity(table.rows().len());
         for row in table.rows() {
-            let frame = read_row(&table, row)?;
+            let frame = read_row(&table, row, attitude_sigma_rad)?;
             if !names.insert(frame.image.clone()) {
                 return Err(table.bad_cell(row, "image", "each image stands in one row only"));
             }
             frames.push(frame);
         }
-        Ok(Self { path, camera, frames })
+        Ok(Self { path, camera: camera.intrinsics(), frames })
+    }
+
+    /// The same flight with another standard deviation of the attitude, radians, for every frame, whatever the folder states.
+    pub fn with_attitude_sigma_rad(mut self, sigma_rad: f64) -> Self {
+        self.frames.iter_mut().for_each(|frame| frame.attitude.sigma_rad = sigma_rad);
+        self
     }
 }
 
 impl RecordedFrame {
     /// The view of the camera by the sensors.
     pub fn view(&self, camera: &Intrinsics) -> View {
-        View::Posed {
-            intrinsics: camera.clone(),
-            height_agl_m: self.height_agl_m,
-            pitch_rad: self.pitch_rad,
-            roll_rad: self.roll_rad,
-        }
+        View::Posed { intrinsics: camera.clone(), height_agl_m: self.height_agl_m, attitude: self.attitude }
     }
 }
 
@@ -93,7 +94,8 @@ pub fn runs(frames: &[RecordedFrame]) -> Vec<&[RecordedFrame]> {
     frames.chunk_by(|a, b| b.time_s - a.time_s <= longest_s).collect()
 }
 
-fn read_row(table: &InputTable, row: &InputRow) -> Result<RecordedFrame, TrialError> {
+/// `sigma_rad`: the standard deviation of the attitude that `camera.toml` states, for rows that state none.
+fn read_row(table: &InputTable, row: &InputRow, sigma_rad: Option<f64>) -> Result<RecordedFrame, TrialError> {
     let within = |limit: f64| move |v: f64| v.abs() <= limit;
     let latitude_deg =
         table.number_or_empty(row, "true_latitude_deg", "a number of degrees in [-90, 90], or empty", within(90.0))?;
@@ -113,7 +115,10 @@ fn read_row(table: &InputTable, row: &InputRow) -> Result<RecordedFrame, TrialEr
             return Err(table.bad_cell(row, "true_longitude_deg", "stated or empty together with the latitude"));
         }
     };
-    let tilt = |column| table.number(row, column, TILT, |v| v.abs() < 90.0).map(f64::to_radians);
+    let tilt = |column| table.number_or_empty(row, column, TILT, |v| v.abs() < 90.0);
+    let row_sigma = table
+        .number_or_empty(row, "attitude_sigma_deg", TILT_SIGMA, |v| (0.0..=MAX_ATTITUDE_SIGMA_DEG).contains(&v))?;
+    let [pitch_rad, roll_rad] = [tilt("pitch_deg")?, tilt("roll_deg")?].map(|angle| angle.map(f64::to_radians));
     Ok(RecordedFrame {
         line: row.line,
         image: table.text(row, "image").to_owned(),
@@ -123,8 +128,7 @@ fn read_row(table: &InputTable, row: &InputRow) -> Result<RecordedFrame, TrialEr
         true_heading_rad: table.number_or_empty(row, "true_heading_deg", ANGLE, within(360.0))?.map(f64::to_radians),
         height_agl_m: table.number(row, "height_agl_m", "a positive number of metres", |v| v > 0.0)?,
         heading_rad: table.number(row, "heading_deg", ANGLE, within(360.0))?.to_radians(),
-        pitch_rad: tilt("pitch_deg")?,
-        roll_rad: tilt("roll_deg")?,
+        attitude: Attitude::new(pitch_rad, roll_rad, row_sigma.map(f64::to_radians).or(sigma_rad)),
     })
 }
 
@@ -155,10 +159,34 @@ mod tests {
         assert_eq!(frame.line, 2);
         assert_eq!(frame.true_position.unwrap(), Geodetic::from_degrees(47.0, 8.0).unwrap());
         assert!(
-            (frame.heading_rad.to_degrees() - 91.0).abs() < 1e-12 && (frame.roll_rad.to_degrees() + 3.0).abs() < 1e-12
+            (frame.heading_rad.to_degrees() - 91.0).abs() < 1e-12
+                && (frame.attitude.roll_rad.unwrap().to_degrees() + 3.0).abs() < 1e-12
         );
         let without = folder(&format!("{HEADER}a.png,1.5,,,,500,91,2,-3\n"), CAMERA);
         assert!(RecordedFlight::read(without.path()).unwrap().frames[0].true_position.is_none());
+    }
+
+    #[test]
+    fn a_row_overrides_the_camera_file_and_a_caller_both() {
+        let sigma_deg = |header: &str, cells: &str, camera: &str| {
+            let header = HEADER.replace("pitch_deg,roll_deg", header);
+            let folder = folder(&format!("{header}a.png,0,47,8,90,500,91{cells}\n"), &format!("{CAMERA}{camera}"));
+            let flight = RecordedFlight::read(folder.path()).unwrap();
+            (flight.frames[0].attitude.sigma_rad.to_degrees() * 1e6).round() / 1e6
+        };
+        let (tilt, both) = ("pitch_deg,roll_deg", "pitch_deg,roll_deg,attitude_sigma_deg");
+        assert_eq!(sigma_deg(tilt, ",0,0", ""), 2.0);
+        assert_eq!(sigma_deg(tilt, ",0,", ""), 5.0);
+        assert_eq!(sigma_deg("nothing", ",", ""), 5.0);
+        assert_eq!(sigma_deg(tilt, ",0,0", "attitude_sigma_deg = 0.5\n"), 0.5);
+        assert_eq!(sigma_deg(both, ",0,0,3", "attitude_sigma_deg = 0.5\n"), 3.0);
+        assert_eq!(sigma_deg(both, ",0,0,", "attitude_sigma_deg = 0.5\n"), 0.5);
+        let stated = folder(&format!("{HEADER}a.png,0,47,8,90,500,91,0,0\n"), CAMERA);
+        let flight = RecordedFlight::read(stated.path()).unwrap().with_attitude_sigma_rad(0.0);
+        assert_eq!(flight.frames[0].attitude, Attitude::exact(0.0, 0.0));
+        let absurd =
+            folder(&format!("{HEADER}a.png,0,47,8,90,500,91,0,0\n"), &format!("{CAMERA}attitude_sigma_deg = 30\n"));
+        assert_eq!(RecordedFlight::read(absurd.path()).unwrap_err().code(), "not_a_camera");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::cli::number::positive;
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, write_fixes};
+use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, TruthPoint, write_fixes};
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -17,6 +17,9 @@ use std::path::PathBuf;
 const HELP: &str = "\
 A flight is a folder with flight.csv, camera.toml and the images. The columns of flight.csv are image,time_s,true_latitude_deg,
 true_longitude_deg,true_heading_deg,height_agl_m,heading_deg,pitch_deg,roll_deg; heading_deg and height_agl_m are sensor values.
+
+pitch_deg and roll_deg may be absent or empty: then they are unknown. attitude_sigma_deg, one standard deviation of both, may stand
+in flight.csv or in camera.toml; --attitude-sigma-deg overrides both.
 
 A fix is right if it lies within --right-m of the truth, and false otherwise. No fix is neither right nor false.
 
@@ -50,12 +53,33 @@ pub struct Args {
     /// Search without a position prior: over the whole layer.
     #[arg(long)]
     unknown_position: bool,
+    /// The point of the ground that the true columns are, and at which fixes are judged.
+    #[arg(long, value_enum, default_value_t = TruthArg::Nadir)]
+    truth: TruthArg,
     /// Threads of each search.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
     /// Write fixes.csv here: one row per frame, from which the score can be recomputed.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+}
+
+/// `--truth`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum TruthArg {
+    /// Straight below the camera.
+    Nadir,
+    /// Under the image's centre.
+    Centre,
+}
+
+impl From<TruthArg> for TruthPoint {
+    fn from(point: TruthArg) -> Self {
+        match point {
+            TruthArg::Nadir => Self::Nadir,
+            TruthArg::Centre => Self::Centre,
+        }
+    }
 }
 
 /// One frame as a JSON line.
@@ -71,7 +95,7 @@ struct FrameLine<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (flight, store) = args.over.open()?;
+    let (flight, store) = args.over.open(output)?;
     let layer = args.over.layer(&store)?;
     let right_m = match args.right_m {
         Some(right_m) => right_m,
@@ -84,6 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         heading_sigma_deg: (!args.unknown_heading).then_some(args.heading_sigma_deg),
         height_sigma_ratio: args.height_sigma_ratio,
         unknown_position: args.unknown_position,
+        truth: args.truth.into(),
         threads: args.threads.get(),
     };
     args.out.as_deref().map_or(Ok(()), make_folder)?;

@@ -94,7 +94,7 @@ struct AcceptedLine<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (flight, store) = args.over.open()?;
+    let (flight, store) = args.over.open(output)?;
     let foreign = args.foreign_flight.as_deref().map(RecordedFlight::read).transpose()?;
     let layer = args.over.layer(&store)?;
     let trial = NegativeTrial {

@@ -103,8 +103,7 @@ impl FlyTrial<'_> {
                 height_m: frame.height_agl_m,
             },
             intrinsics: self.flight.camera.clone(),
-            pitch_rad: frame.pitch_rad,
-            roll_rad: frame.roll_rad,
+            attitude: frame.attitude,
         }
     }
 }

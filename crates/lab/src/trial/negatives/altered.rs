@@ -1,6 +1,6 @@
 //! Real frames changed so that they fit nowhere: mirrored, turned, magnified, or given another camera.
 
-use overfly_core::camera::{CameraError, Intrinsics, View};
+use overfly_core::camera::{Attitude, CameraError, Intrinsics, View};
 use overfly_core::pixels::Gray;
 
 /// A frame and the stated view of its camera.
@@ -18,7 +18,7 @@ pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
     (0..height).for_each(|y| gray.values_mut()[y * width..(y + 1) * width].reverse());
     let view = match view {
         View::Nadir { .. } => view.clone(),
-        View::Posed { intrinsics: i, height_agl_m, pitch_rad, roll_rad } => {
+        View::Posed { intrinsics: i, height_agl_m, attitude } => {
             let [k1, k2, p1, p2, k3] = i.distortion;
             let [cx, cy] = i.principal_point_px;
             View::Posed {
@@ -28,8 +28,7 @@ pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
                     ..i.clone()
                 },
                 height_agl_m: *height_agl_m,
-                pitch_rad: *pitch_rad,
-                roll_rad: -roll_rad,
+                attitude: Attitude { roll_rad: attitude.roll_rad.map(|roll_rad| -roll_rad), ..*attitude },
             }
         }
     };
@@ -60,7 +59,7 @@ pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, 
     let gray = Gray::from_values(side, side, values).expect("one value for each pixel");
     let view = match view {
         View::Nadir { .. } => view.clone(),
-        View::Posed { intrinsics, height_agl_m, pitch_rad, roll_rad } => {
+        View::Posed { intrinsics, height_agl_m, attitude } => {
             let whole = intrinsics.scaled_to(width as u32, height as u32)?;
             let [cx, cy] = whole.principal_point_px;
             View::Posed {
@@ -71,8 +70,7 @@ pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, 
                     ..whole
                 },
                 height_agl_m: *height_agl_m,
-                pitch_rad: *pitch_rad,
-                roll_rad: *roll_rad,
+                attitude: *attitude,
             }
         }
     };
@@ -117,7 +115,7 @@ mod tests {
     fn posed(width_px: u32, height_px: u32) -> View {
         let intrinsics =
             Intrinsics { principal_point_px: [3.0, 1.5], ..Intrinsics::centred(width_px, height_px, 10.0) };
-        View::Posed { intrinsics, height_agl_m: 100.0, pitch_rad: 0.01, roll_rad: 0.02 }
+        View::Posed { intrinsics, height_agl_m: 100.0, attitude: Attitude::exact(0.01, 0.02) }
     }
 
     #[test]

@@ -1,0 +1,340 @@
+//! `resect`: the camera of a frame from where its windows lie on the map, by least squares over exact projections.
+//!
+//! Beside position, heading and height it frees the camera's tilt, and what a sensor or a lens may add that nobody stated: aspect,
+//! shear, radial distortion. Each has a prior, so that few windows do not turn noise into a lens; and each widens the covariance of
+//! what is asked for. A slope of the ground acts as a tilt does.
+//!
+//! # References
+//! Photogrammetric space resection with self-calibration (Luhmann et al., Close-Range Photogrammetry, 4.2.3 and 4.4).
+
+use crate::camera::{Camera, CameraDeviation};
+use crate::geodesy::BodyFrame;
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+
+/// Parameters: east and north of the image's centre, turn, logarithm of the height, pitch, roll, aspect, shear, radial distortion.
+const PARAMETERS: usize = 9;
+/// Index of the tilt among the parameters: pitch, then roll.
+const TILT: usize = 4;
+
+type Parameters = SVector<f64, PARAMETERS>;
+type ParameterMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+
+/// A point of the frame and where it lies on the map.
+#[derive(Debug, Clone, Copy)]
+pub struct Correspondence {
+    /// Position in the frame, pixels.
+    pub frame_px: [f64; 2],
+    /// Place on the map, pixels right of and below a common origin.
+    pub map_px: Vector2<f64>,
+    /// Inverse covariance of `map_px` up to a common factor, per px^2.
+    pub information: Matrix2<f64>,
+}
+
+/// Where the search for the camera begins, and what is known of it.
+#[derive(Debug, Clone)]
+pub struct ResectionStart<'a> {
+    /// The stated camera.
+    pub camera: &'a Camera,
+    /// Map pixels right and down per metre east and north.
+    pub px_from_enu: Matrix2<f64>,
+    /// Place of the image's centre on the map, pixels from the common origin.
+    pub image_centre_px: Vector2<f64>,
+    /// Heading, radians clockwise from north.
+    pub heading_rad: f64,
+    /// True height over the stated height.
+    pub height_ratio: f64,
+    /// The correspondences that agree so far.
+    pub inliers: &'a [usize],
+    /// Prior standard deviations of the rest.
+    pub priors: DeviationSigmas,
+    /// A correspondence agrees where its residual is at most this, px.
+    pub tolerance_px: f64,
+}
+
+/// Prior standard deviations of a camera's deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeviationSigmas {
+    /// Of pitch and of roll, radians.
+    pub tilt_rad: f64,
+    /// Of the aspect.
+    pub aspect: f64,
+    /// Of the shear.
+    pub shear: f64,
+    /// Of the radial distortion.
+    pub radial: f64,
+}
+
+/// A camera found by resection.
+#[derive(Debug, Clone)]
+pub struct Resection {
+    /// Place of the image's centre on the map, pixels from the common origin.
+    pub image_centre_px: Vector2<f64>,
+    /// Covariance of that place, px^2.
+    pub image_centre_covariance_px2: Matrix2<f64>,
+    /// Heading, radians clockwise from north.
+    pub heading_rad: f64,
+    /// Variance of the heading, rad^2.
+    pub heading_variance_rad2: f64,
+    /// How the camera differs from the stated one.
+    pub deviation: CameraDeviation,
+    /// Variance of the logarithm of the height.
+    pub log_height_variance: f64,
+    /// Covariance of pitch and roll, rad^2.
+    pub tilt_covariance_rad2: Matrix2<f64>,
+    /// The correspondences that agree.
+    pub inliers: Vec<usize>,
+    /// Root mean square residual per axis of those, px.
+    pub rms_px: f64,
+}
+
+/// Most rounds of least squares.
+const ROUNDS: usize = 12;
+/// Fewer agreeing correspondences determine no camera.
+const MIN_INLIERS: usize = 4;
+/// Prior standard deviations of turn, radians, and of the logarithm of the height, about the start.
+const TURN_SIGMA_RAD: f64 = 0.07;
+const LOG_HEIGHT_SIGMA: f64 = 0.06;
+/// The rounds end where no parameter moves by more than this many of its standard deviations.
+const CONVERGED_SIGMAS: f64 = 1e-4;
+/// Steps of the numerical derivatives.
+const STEP: f64 = 1e-5;
+
+/// Finds the camera whose projections agree best with the correspondences; `None` where too few agree or it sees the horizon.
+pub fn resect(correspondences: &[Correspondence], start: &ResectionStart<'_>) -> Option<Resection> {
+    Resecting::new(correspondences, start)?.run()
+}
+
+/// A resection under way.
+struct Resecting<'a> {
+    correspondences: &'a [Correspondence],
+    start: &'a ResectionStart<'a>,
+    /// The stated camera's ray of each correspondence.
+    rays: Vec<[f64; 2]>,
+    centre_ray: [f64; 2],
+    /// Mean square of the rays' radii.
+    mean_square: f64,
+}
+
+/// The normal equations of one round.
+struct Normal {
+    /// Of the data alone, for a unit variance of 1.
+    data: ParameterMatrix,
+    right: Parameters,
+}
+
+impl<'a> Resecting<'a> {
+    fn new(correspondences: &'a [Correspondence], start: &'a ResectionStart<'a>) -> Option<Self> {
+        let rays: Vec<_> = correspondences.iter().map(|c| start.camera.ray_from_frame(c.frame_px)).collect();
+        let (w, h) = start.camera.frame_size_px();
+        let centre_ray = start.camera.ray_from_frame([f64::from(w) / 2.0, f64::from(h) / 2.0]);
+        let mean_square = rays.iter().map(|[x, y]| x * x + y * y).sum::<f64>() / rays.len().max(1) as f64;
+        (start.inliers.len() >= MIN_INLIERS).then_some(Self { correspondences, start, rays, centre_ray, mean_square })
+    }
+
+    fn run(&self) -> Option<Resection> {
+        let mut at = Parameters::zeros();
+        (at[0], at[1]) = (self.start.image_centre_px.x, self.start.image_centre_px.y);
+        let mut inliers = self.start.inliers.to_vec();
+        let mut unit_variance = self.unit_variance(&at, &inliers, 4.0)?;
+        let mut cofactor = ParameterMatrix::identity();
+        for _ in 0..ROUNDS {
+            let Normal { data, right } = self.normal(&at, &inliers)?;
+            cofactor = (data / unit_variance + self.prior_information()).try_inverse()?;
+            let step = cofactor * (right / unit_variance - self.prior_information() * self.from_prior(&at));
+            at += step;
+            let agreeing = self.agreeing(&at);
+            if agreeing.len() < MIN_INLIERS {
+                return None;
+            }
+            let determined = (cofactor * data / unit_variance).trace();
+            unit_variance = self.unit_variance(&at, &agreeing, determined)?;
+            let largest = (0..PARAMETERS).map(|i| step[i].abs() / cofactor[(i, i)].sqrt()).fold(0.0, f64::max);
+            let is_done = agreeing == inliers && largest < CONVERGED_SIGMAS;
+            inliers = agreeing;
+            if is_done {
+                break;
+            }
+        }
+        let rms_px = (inliers.iter().filter_map(|&i| self.residual(i, &at)).map(|r| r.norm_squared()).sum::<f64>()
+            / (2 * inliers.len()) as f64)
+            .sqrt();
+        Some(Resection {
+            image_centre_px: Vector2::new(at[0], at[1]),
+            image_centre_covariance_px2: cofactor.fixed_view::<2, 2>(0, 0).into_owned(),
+            heading_rad: self.start.heading_rad + at[2],
+            heading_variance_rad2: cofactor[(2, 2)],
+            deviation: self.deviation(&at),
+            log_height_variance: cofactor[(3, 3)],
+            tilt_covariance_rad2: cofactor.fixed_view::<2, 2>(TILT, TILT).into_owned(),
+            inliers,
+            rms_px,
+        })
+    }
+
+    fn deviation(&self, at: &Parameters) -> CameraDeviation {
+        CameraDeviation {
+            log_height: self.start.height_ratio.ln() + at[3],
+            pitch_rad: at[TILT],
+            roll_rad: at[TILT + 1],
+            aspect: at[6],
+            shear: at[7],
+            radial: at[8],
+        }
+    }
+
+    /// The parameters less their prior means; the position has no prior.
+    fn from_prior(&self, at: &Parameters) -> Parameters {
+        let mut off = *at;
+        (off[0], off[1]) = (0.0, 0.0);
+        off
+    }
+
+    fn prior_information(&self) -> ParameterMatrix {
+        let DeviationSigmas { tilt_rad, aspect, shear, radial } = self.start.priors;
+        let sigmas = [TURN_SIGMA_RAD, LOG_HEIGHT_SIGMA, tilt_rad, tilt_rad, aspect, shear, radial];
+        let mut information = Parameters::zeros();
+        sigmas.iter().enumerate().for_each(|(i, sigma)| information[i + 2] = sigma.powi(-2));
+        ParameterMatrix::from_diagonal(&information)
+    }
+
+    /// Where a ray of the stated camera lies on the map, px from the common origin; `None` above the horizon.
+    fn predicted(&self, ray: [f64; 2], at: &Parameters) -> Option<Vector2<f64>> {
+        let deviation = self.deviation(at);
+        let ground = |ray| self.start.camera.body_from_ray(deviation.ray(ray, self.mean_square), &deviation);
+        let (point, centre) = (ground(ray)?, ground(self.centre_ray)?);
+        let offset = BodyFrame::from_heading_rad(self.start.heading_rad + at[2]).enu_from_body(point - centre);
+        Some(Vector2::new(at[0], at[1]) + self.start.px_from_enu * Vector2::new(offset.east_m, offset.north_m))
+    }
+
+    fn residual(&self, index: usize, at: &Parameters) -> Option<Vector2<f64>> {
+        Some(self.correspondences[index].map_px - self.predicted(self.rays[index], at)?)
+    }
+
+    fn agreeing(&self, at: &Parameters) -> Vec<usize> {
+        let agrees = |&i: &usize| self.residual(i, at).is_some_and(|r| r.norm() <= self.start.tolerance_px);
+        (0..self.correspondences.len()).filter(agrees).collect()
+    }
+
+    fn normal(&self, at: &Parameters, inliers: &[usize]) -> Option<Normal> {
+        let mut normal = Normal { data: ParameterMatrix::zeros(), right: Parameters::zeros() };
+        for &i in inliers {
+            let residual = self.residual(i, at)?;
+            let mut design = SMatrix::<f64, 2, PARAMETERS>::zeros();
+            for parameter in 0..PARAMETERS {
+                let mut moved = *at;
+                moved[parameter] += STEP;
+                let slope = (residual - self.residual(i, &moved)?) / STEP;
+                design.set_column(parameter, &slope);
+            }
+            let information = self.correspondences[i].information;
+            normal.data += design.transpose() * information * design;
+            normal.right += design.transpose() * information * residual;
+        }
+        Some(normal)
+    }
+
+    /// The variance of an observation of information 1, where `determined` parameters were fitted.
+    fn unit_variance(&self, at: &Parameters, inliers: &[usize], determined: f64) -> Option<f64> {
+        let mut sum = 0.0;
+        for &i in inliers {
+            let residual = self.residual(i, at)?;
+            sum += residual.dot(&(self.correspondences[i].information * residual));
+        }
+        let freedom = ((2 * inliers.len()) as f64 - determined).max(1.0);
+        Some((sum / freedom).max(f64::MIN_POSITIVE.sqrt()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Attitude, Intrinsics, View};
+
+    const PX_PER_M: f64 = 0.2;
+
+    fn camera() -> Camera {
+        let view = View::Posed {
+            intrinsics: Intrinsics::centred(256, 192, 400.0),
+            height_agl_m: 2200.0,
+            attitude: Attitude::exact(0.0, 0.0),
+        };
+        Camera::new(&view, 256, 192).unwrap()
+    }
+
+    /// Windows of a frame taken by a camera of this deviation with its image's centre at (7, -3), with some noise.
+    fn seen(deviation: &CameraDeviation, noise_px: f64) -> Vec<Correspondence> {
+        let (camera, mut state) = (camera(), 1u32);
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1u32 << 23) - 1.0
+        };
+        let ground = |pixel| {
+            let ray = deviation.ray(camera.ray_from_frame(pixel), 0.04);
+            camera.body_from_ray(ray, deviation).unwrap()
+        };
+        let centre = ground([128.0, 96.0]);
+        let mut all = Vec::new();
+        for y in 0..4 {
+            for x in 0..6 {
+                let frame_px = [24.0 + 40.0 * f64::from(x), 24.0 + 40.0 * f64::from(y)];
+                let offset = ground(frame_px) - centre;
+                let map_px = Vector2::new(7.0 + offset.right_m * PX_PER_M, -3.0 - offset.ahead_m * PX_PER_M);
+                let noise = Vector2::new(unit(), unit()) * noise_px;
+                all.push(Correspondence { frame_px, map_px: map_px + noise, information: Matrix2::identity() * 0.1 });
+            }
+        }
+        all
+    }
+
+    fn resected(correspondences: &[Correspondence], tilt_deg: f64) -> Resection {
+        let camera = camera();
+        let middle: Vec<usize> = [8, 9, 14, 15].into();
+        let start = ResectionStart {
+            camera: &camera,
+            px_from_enu: Matrix2::new(PX_PER_M, 0.0, 0.0, -PX_PER_M),
+            image_centre_px: Vector2::new(6.6, -3.3),
+            heading_rad: 0.0,
+            height_ratio: 1.0,
+            inliers: &middle,
+            priors: DeviationSigmas { tilt_rad: tilt_deg.to_radians(), aspect: 0.02, shear: 0.02, radial: 0.1 },
+            tolerance_px: 1.25,
+        };
+        resect(correspondences, &start).unwrap()
+    }
+
+    #[test]
+    fn finds_tilt_aspect_shear_and_lens_beside_the_place() {
+        for (pitch_deg, roll_deg, aspect, shear, radial) in [
+            (0.0, 0.0, 0.0, 0.0, 0.0),
+            (8.0, -5.0, 0.0, 0.0, 0.0),
+            (1.0, 0.0, 0.04, -0.02, 0.0),
+            (0.0, 2.0, 0.0, 0.0, -0.15),
+        ] {
+            let (pitch_rad, roll_rad) = (f64::to_radians(pitch_deg), f64::to_radians(roll_deg));
+            let deviation =
+                CameraDeviation { pitch_rad, roll_rad, aspect, shear, radial, ..CameraDeviation::default() };
+            let found = resected(&seen(&deviation, 0.05), 10.0);
+            assert_eq!(found.inliers.len(), 24, "{deviation:?}");
+            let off = found.image_centre_px - Vector2::new(7.0, -3.0);
+            let covariance = found.image_centre_covariance_px2;
+            assert!(
+                off.dot(&(covariance.try_inverse().unwrap() * off)) < 14.0 && off.norm() < 0.2,
+                "{off} {deviation:?}"
+            );
+            let d = found.deviation;
+            assert!((d.pitch_rad - pitch_rad).to_degrees().abs() < 0.5, "{d:?}");
+            assert!((d.roll_rad - roll_rad).to_degrees().abs() < 0.5, "{d:?}");
+            assert!((d.aspect - aspect).abs() < 0.01 && (d.shear - shear).abs() < 0.01, "{d:?}");
+            assert!((d.radial - radial).abs() < 0.05, "{d:?}");
+        }
+    }
+
+    #[test]
+    fn what_may_be_tilted_is_known_less_exactly() {
+        let level = seen(&CameraDeviation::default(), 0.3);
+        let (sure, unsure) = (resected(&level, 0.01), resected(&level, 10.0));
+        let trace = |r: &Resection| r.image_centre_covariance_px2.trace();
+        assert!(trace(&unsure) > 1.02 * trace(&sure));
+        assert!(unsure.tilt_covariance_rad2.trace() > 100.0 * sure.tilt_covariance_rad2.trace());
+    }
+}
