@@ -4,6 +4,7 @@ use overfly_flight::frame::FrameError;
 use overfly_flight::locate::LocateError;
 use overfly_flight::locate::candidates::CandidatesError;
 use overfly_flight::navigate::NavigateError;
+use overfly_ingest::build::BuildError;
 use overfly_ingest::raster::ImageryError;
 use overfly_store::StoreError;
 use std::path::PathBuf;
@@ -114,6 +115,15 @@ pub enum TrialError {
     /// The store cannot be read.
     #[error(transparent)]
     Store(Box<StoreError>),
+    /// The store of a drawn map cannot be built.
+    #[error("the store of a drawn map cannot be built: {0}")]
+    World(Box<BuildError>),
+    /// A layer has no imagery under any frame of a flight.
+    #[error("{path}: no frame was taken over the layer's imagery")]
+    OffTheMap {
+        /// The flight.
+        path: PathBuf,
+    },
     /// The store has no default layer.
     #[error(transparent)]
     Candidates(Box<CandidatesError>),
@@ -186,6 +196,8 @@ impl TrialError {
             Self::NotACamera { .. } => "not_a_camera",
             Self::NotASimulation { .. } | Self::NoStorePath { .. } => "not_a_simulation",
             Self::Store(e) => e.code(),
+            Self::World(_) => "not_built",
+            Self::OffTheMap { .. } => "off_the_map",
             Self::Candidates(e) => e.code(),
             Self::Frame(e) => e.code(),
             Self::Imagery(e) => e.code(),
@@ -201,7 +213,7 @@ impl TrialError {
         if let Self::Store(error) = self {
             return error.is_unusable_input();
         }
-        !matches!(self, Self::Unwritable { .. } | Self::Locate { .. } | Self::Navigate { .. })
+        !matches!(self, Self::Unwritable { .. } | Self::World(_) | Self::Locate { .. } | Self::Navigate { .. })
     }
 }
 

@@ -47,8 +47,8 @@ pub use mirrored_pairs::{MirroredPairScore, MirroredPairTrial};
 pub use motion_table::write_motions;
 pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions};
 pub use negatives::{
-    CalibrationStep, KindScore, NegativeKind, NegativeOutcome, NegativeScore, NegativeSearch, NegativeTrial,
-    RegionScore, write_negatives,
+    CalibrationStep, DrawnPattern, KindScore, NegativeKind, NegativeOutcome, NegativeScore, NegativeSearch,
+    NegativeTrial, PatternKind, PatternScore, RegionScore, TruePlace, write_negatives,
 };
 pub use pairs::{ImagePair, ImagePairs};
 pub use photo_cuts::ImagePlacement;

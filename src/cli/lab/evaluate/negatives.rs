@@ -3,6 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
+use crate::cli::lab::fix_score::default_right_m;
 use crate::cli::lab::over_store::FlightOverStore;
 use crate::cli::number::{positive, share};
 use crate::cli::output::Output;
@@ -10,14 +11,14 @@ use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
 use overfly_lab::report::calibration_svg;
 use overfly_lab::trial::{
-    NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, RecordedFlight, write_negatives,
+    NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, PatternKind, RecordedFlight, write_negatives,
 };
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 const HELP: &str = "\
-Every trial is a search that must end without a fix; every fix is false. The kinds of trials:
+Every trial is a search that must end without a fix, or with one at the frame's true place; any other fix is false. The kinds:
   elsewhere  a real frame, searched for in a region (grown by the frame's reach) that does not contain it
   mirrored   left and right exchanged, as over a mirrored map
   turned     rotated by 90, 180 or 270 degrees, with the unrotated heading as prior
@@ -26,13 +27,20 @@ Every trial is a search that must end without a fix; every fix is false. The kin
   fields     stripes, chequers, crop rows, repeating parcels
   scaled     magnified 1.3 to 1.6 times, with the true height as prior
   foreign    frames of another place, given with --foreign-flight
+Ground that repeats itself on the map and in the frame, with other noise, brightness and defects in each (a fix within --right-m of
+the truth counts as right, any other as false):
+  repeating         one of 13 patterns over the whole map
+  repeating_mixed   the same, mixed with 25 or 50 % of the real image
+  repeating_block   blocks of pattern in real surroundings        repeating_inside  frames wholly within a block
+  repeating_gaps    many elements missing, other ones on the map than in the frame
+  repeating_absent  the frame's place shows other ground on the map, or lies outside the region: every fix is false
 
 Regions are given as areas in usual squares (twice --prior-error-m wide). A layer smaller than a region is searched as a whole;
 searched_ratio is the area searched. If `elsewhere` has no room, its trials are skipped and counted.
 
 If n trials accept no fix, the rate is below 3 / n with 95 % confidence. Calibration: each answer states how many matches as good as its
-best place are expected by chance (log10_false_alarms); of n trials, at most n * 10^x may state less than 10^x. `scaled` is left out of
-the calibration, because its frames do show ground of the region.
+best place are expected by chance (log10_false_alarms); of n trials, at most n * 10^x may state less than 10^x. `scaled` and the
+repeating kinds are left out of the calibration, because what agrees there agrees not by chance.
 
 With --json: one line per accepted trial, then the summary. Exit code 0 whatever was accepted.
 
@@ -66,6 +74,9 @@ pub struct Args {
     /// Share of the trials without a heading prior (`turned` always has one).
     #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.5)]
     unknown_heading_share: f64,
+    /// Greatest error of a right fix over repeating ground, metres [default: 3 ground pixels of the coarsest source].
+    #[arg(long, value_name = "M", value_parser = positive)]
+    right_m: Option<f64>,
     /// One standard deviation of the heading prior, degrees.
     #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
     heading_sigma_deg: f64,
@@ -87,6 +98,9 @@ struct AcceptedLine<'a> {
     kind: NegativeKind,
     region: f64,
     image: &'a str,
+    pattern: Option<PatternKind>,
+    period_m: Option<f64>,
+    error_m: Option<f64>,
     heading_known: bool,
     #[serde(flatten)]
     answer: AnswerJson,
@@ -107,6 +121,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         unknown_heading_share: args.unknown_heading_share,
         heading_sigma_deg: args.heading_sigma_deg,
         height_sigma_ratio: args.height_sigma_ratio,
+        right_m: match args.right_m {
+            Some(right_m) => right_m,
+            None => default_right_m(&store, layer)?,
+        },
         threads: args.threads.get(),
     };
     args.out.as_deref().map_or(Ok(()), make_folder)?;
@@ -132,6 +150,9 @@ fn accepted_line(outcome: &NegativeOutcome) -> Option<AcceptedLine<'_>> {
         kind: outcome.kind,
         region: outcome.region,
         image: &outcome.image,
+        pattern: outcome.pattern.map(|p| p.kind),
+        period_m: outcome.pattern.map(|p| p.period_m),
+        error_m: outcome.error_m(),
         heading_known: outcome.is_heading_known,
         answer: AnswerJson::new(search.answer.clone(), search.elapsed_ms),
     })
@@ -140,21 +161,36 @@ fn accepted_line(outcome: &NegativeOutcome) -> Option<AcceptedLine<'_>> {
 /// The score as text.
 fn text(score: &NegativeScore) -> String {
     let mut text = format!(
-        "trials     {} ({} skipped)\naccepted   {} (false fixes)\nrate       below {:.1e} with 95 % confidence\n\n  \
-         kind         area  trials  skipped  accepted  rate below   least log10\n",
-        score.trials, score.skipped, score.accepted, score.false_rate_upper95
+        "trials     {} ({} skipped)\naccepted   {} (false fixes)\nright      {} (fixes at the true place)\n\
+         rate       below {:.1e} with 95 % confidence\n\n  \
+         kind               area  trials  skipped  right  accepted  rate below   least log10\n",
+        score.trials, score.skipped, score.accepted, score.right, score.false_rate_upper95
     );
     for k in &score.by_kind {
         let least = k.least_log10_false_alarms.map_or("-".into(), |l| format!("{l:.1}"));
         text.push_str(&format!(
-            "  {:<10} {:>6} {:>7} {:>8} {:>9} {:>11.1e} {:>13}\n",
+            "  {:<16} {:>6} {:>7} {:>8} {:>6} {:>9} {:>11.1e} {:>13}\n",
             k.kind.word(),
             k.region,
             k.trials,
             k.skipped,
+            k.right,
             k.accepted,
             k.false_rate_upper95,
             least
+        ));
+    }
+    if !score.by_pattern.is_empty() {
+        text.push_str("\n  pattern       trials  right  accepted  rate below\n");
+    }
+    for p in &score.by_pattern {
+        text.push_str(&format!(
+            "  {:<12} {:>7} {:>6} {:>9} {:>11.1e}\n",
+            p.pattern.word(),
+            p.trials,
+            p.right,
+            p.accepted,
+            p.false_rate_upper95
         ));
     }
     for r in &score.by_region {

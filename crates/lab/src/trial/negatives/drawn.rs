@@ -1,6 +1,7 @@
 //! Frames that show no place: noise, water, blanks, repeated fields. Gray levels are whole numbers in [0, 255], as a
 //! sensor's are.
 
+use super::cell_hash::cell_hash;
 use overfly_core::pixels::Gray;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -115,17 +116,10 @@ impl FieldPattern {
                 let u = if is_bonded { u + 0.5 * pitch[0] * row.rem_euclid(2.0) } else { u };
                 let is_edge = within(u, pitch[0]) < edge || within(v, pitch[1]) < edge;
                 // Only five crops, so that neighbours often look alike.
-                if is_edge { -0.6 } else { (hash(cell(u, pitch[0]) as i32, row as i32, seed) % 5) as f32 / 4.0 }
+                if is_edge { -0.6 } else { (cell_hash(cell(u, pitch[0]) as i32, row as i32, seed) % 5) as f32 / 4.0 }
             }
         }
     }
-}
-
-fn hash(x: i32, y: i32, seed: u32) -> u32 {
-    let mut h = (x as u32).wrapping_mul(0x9E37_79B1) ^ (y as u32).wrapping_mul(0x85EB_CA77) ^ seed;
-    h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D);
-    h = (h ^ (h >> 12)).wrapping_mul(0x297A_2D39);
-    h ^ (h >> 15)
 }
 
 /// Draws a function of the centre of each pixel.

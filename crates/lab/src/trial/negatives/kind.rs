@@ -1,8 +1,8 @@
-//! `NegativeKind`: the ways in which a frame can have no place in the searched region.
+//! `NegativeKind`: the ways in which a fix can be false.
 
 use serde::Serialize;
 
-/// The reason why any fix of a trial is false.
+/// The reason why any fix of a trial is false, or any but the one at the frame's place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NegativeKind {
@@ -24,11 +24,23 @@ pub enum NegativeKind {
     Scaled,
     /// A frame of another place, seen through this flight's camera.
     Foreign,
+    /// A pattern over the whole map and in the frame. In this kind and those below, a fix at the true place is right.
+    Repeating,
+    /// The same, mixed with a quarter or a half of the real imagery.
+    RepeatingMixed,
+    /// Blocks of pattern, smaller than a frame or a little larger, in real surroundings.
+    RepeatingBlock,
+    /// A frame wholly within a block of pattern.
+    RepeatingInside,
+    /// A pattern with many missing elements, most of which differ between the map and the frame.
+    RepeatingGaps,
+    /// A frame of a pattern whose place shows other ground on the map, or lies outside the region. Every fix is false.
+    RepeatingAbsent,
 }
 
 impl NegativeKind {
     /// All kinds, in the order of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 15] = [
         Self::Elsewhere,
         Self::Mirrored,
         Self::Turned,
@@ -38,12 +50,31 @@ impl NegativeKind {
         Self::Fields,
         Self::Scaled,
         Self::Foreign,
+        Self::Repeating,
+        Self::RepeatingMixed,
+        Self::RepeatingBlock,
+        Self::RepeatingInside,
+        Self::RepeatingGaps,
+        Self::RepeatingAbsent,
     ];
 
-    /// Whether the frame still shows ground of the region, so that evidence for its true place is no chance agreement
-    /// and only the gate of the sensors makes a fix false.
+    /// Whether frame and map show a pattern that repeats itself.
+    pub fn is_repeating(self) -> bool {
+        matches!(
+            self,
+            Self::Repeating
+                | Self::RepeatingMixed
+                | Self::RepeatingBlock
+                | Self::RepeatingInside
+                | Self::RepeatingGaps
+                | Self::RepeatingAbsent
+        )
+    }
+
+    /// Whether the frame still shows ground of the region, or ground that looks alike, so that what agrees agrees not by
+    /// chance.
     pub fn shows_its_ground(self) -> bool {
-        self == Self::Scaled
+        self == Self::Scaled || self.is_repeating()
     }
 
     /// Whether the frame shows no ground at all, so that every place is equally false.
@@ -63,6 +94,12 @@ impl NegativeKind {
             Self::Fields => "fields",
             Self::Scaled => "scaled",
             Self::Foreign => "foreign",
+            Self::Repeating => "repeating",
+            Self::RepeatingMixed => "repeating_mixed",
+            Self::RepeatingBlock => "repeating_block",
+            Self::RepeatingInside => "repeating_inside",
+            Self::RepeatingGaps => "repeating_gaps",
+            Self::RepeatingAbsent => "repeating_absent",
         }
     }
 }

@@ -1,7 +1,8 @@
 //! `NegativeOutcome`: one trial and its result.
 
 use super::kind::NegativeKind;
-use overfly_core::geodesy::Geodetic;
+use super::repeating::PatternKind;
+use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_flight::locate::Answer;
 
 /// One trial and its result.
@@ -9,7 +10,7 @@ use overfly_flight::locate::Answer;
 pub struct NegativeOutcome {
     /// Number of the trial, from 0.
     pub number: usize,
-    /// The reason why any fix is false.
+    /// The reason why a fix is false.
     pub kind: NegativeKind,
     /// Requested area of the region, in usual squares.
     pub region: f64,
@@ -17,8 +18,30 @@ pub struct NegativeOutcome {
     pub image: String,
     /// Whether the heading was known to the search.
     pub is_heading_known: bool,
+    /// The place where a fix is right; `None` if every fix is false.
+    pub place: Option<TruePlace>,
+    /// The pattern that map and frame repeat.
+    pub pattern: Option<DrawnPattern>,
     /// The search; `None` if the layer has no room for such a region away from the frame.
     pub search: Option<NegativeSearch>,
+}
+
+/// Where a frame was taken, and how near a fix must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruePlace {
+    /// The true nadir.
+    pub truth: Geodetic,
+    /// Greatest error of a right fix, metres.
+    pub right_m: f64,
+}
+
+/// The pattern that map and frame repeat.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnPattern {
+    /// What repeats.
+    pub kind: PatternKind,
+    /// The shorter period, metres.
+    pub period_m: f64,
 }
 
 /// A search and its answer.
@@ -37,6 +60,21 @@ pub struct NegativeSearch {
 impl NegativeOutcome {
     /// Whether the search accepted a false fix.
     pub fn is_accepted(&self) -> bool {
+        self.is_fix() && !self.is_right()
+    }
+
+    /// Whether the search found the frame's true place.
+    pub fn is_right(&self) -> bool {
+        self.error_m().zip(self.place).is_some_and(|(error_m, place)| error_m <= place.right_m)
+    }
+
+    /// Distance of the fix from the true place, metres; `None` without a fix or a place.
+    pub fn error_m(&self) -> Option<f64> {
+        let Answer::Fix(fix) = &self.search.as_ref()?.answer else { return None };
+        Some(LocalFrame::at(self.place?.truth).enu_from_geodetic(fix.position).length_m())
+    }
+
+    fn is_fix(&self) -> bool {
         self.search.as_ref().is_some_and(|s| matches!(s.answer, Answer::Fix(_)))
     }
 

@@ -3,7 +3,9 @@
 use super::altered::{self, ShownFrame};
 use super::drawn;
 use super::kind::NegativeKind;
-use super::outcome::{NegativeOutcome, NegativeSearch};
+use super::outcome::NegativeOutcome;
+use super::repeating::{RepeatingTrials, TRIALS_PER_WORLD, WorldTrial};
+use super::search::StatedPrior;
 use super::trial::NegativeTrial;
 use crate::trial::error::TrialError;
 use crate::trial::mapped_ground::MappedGround;
@@ -12,12 +14,11 @@ use overfly_core::camera::{Camera, CameraError};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
-use overfly_flight::locate::{FixRequest, HeadingPrior, PositionPrior, locate};
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use std::time::Instant;
+use std::collections::BTreeMap;
 
 /// Trials of one frame that a thread makes in a row.
 const CHUNK: usize = 32;
@@ -46,13 +47,21 @@ impl NegativeTrial {
             let expected = "a number of threads that this machine can start";
             TrialError::Option { name: "threads", value: self.threads as f64, expected }
         })?;
-        let chunks = runner.chunks();
-        let done: Result<Vec<Vec<NegativeOutcome>>, TrialError> = pool
-            .install(|| chunks.par_iter().map(|(frame, numbers)| runner.try_all(*frame, numbers, &progress)).collect());
+        let jobs: Vec<Job> = runner.worlds().into_iter().chain(runner.chunks()).collect();
+        let done: Result<Vec<Vec<NegativeOutcome>>, TrialError> =
+            pool.install(|| jobs.par_iter().with_max_len(1).map(|job| runner.run(job, &progress)).collect());
         let mut outcomes: Vec<NegativeOutcome> = done?.into_iter().flatten().collect();
         outcomes.sort_by_key(|o| o.number);
         Ok(outcomes)
     }
+}
+
+/// Trials that a thread makes in a row.
+enum Job {
+    /// Trials of one frame.
+    Chunk { frame: usize, numbers: Vec<usize> },
+    /// Trials over one drawn world.
+    World { kind: NegativeKind, world: usize, trials: Vec<WorldTrial> },
 }
 
 /// Everything that the trials have in common.
@@ -63,6 +72,7 @@ struct NegativeRunner<'a> {
     flight: &'a RecordedFlight,
     foreign: Option<&'a RecordedFlight>,
     kinds: Vec<NegativeKind>,
+    repeating: RepeatingTrials<'a>,
 }
 
 impl<'a> NegativeRunner<'a> {
@@ -77,7 +87,8 @@ impl<'a> NegativeRunner<'a> {
         let image = || flight.frames[0].image.clone();
         let ground = ground.map_err(|e| TrialError::Locate { image: image(), cause: e.into() })?;
         let kinds = trial.kinds.iter().copied().filter(|k| *k != NegativeKind::Foreign || foreign.is_some()).collect();
-        Ok(Self { trial, store, ground, flight, foreign, kinds })
+        let repeating = RepeatingTrials::new(trial, store, flight)?;
+        Ok(Self { trial, store, ground, flight, foreign, kinds, repeating })
     }
 
     /// The random stream of a trial. Each has its own, so that neither order nor threads matter.
@@ -93,19 +104,46 @@ impl<'a> NegativeRunner<'a> {
         (kinds[number % kinds.len()], regions[number / kinds.len() % regions.len()])
     }
 
-    /// The trials in chunks that share a frame, so that a frame is decoded once for many trials.
-    fn chunks(&self) -> Vec<(usize, Vec<usize>)> {
+    /// The trials without drawn worlds, in chunks that share a frame, so that a frame is decoded once for many trials.
+    fn chunks(&self) -> Vec<Job> {
         let frames = self.flight.frames.len();
         let mut by_frame = vec![Vec::new(); frames];
-        if !self.kinds.is_empty() {
-            for number in 0..self.trial.trials {
-                by_frame[self.rng(number).random_range(0..frames)].push(number);
-            }
+        for number in self.numbers().filter(|&n| !self.cell(n).0.is_repeating()) {
+            by_frame[self.rng(number).random_range(0..frames)].push(number);
         }
         let pieces = |(frame, numbers): (usize, Vec<usize>)| {
-            numbers.chunks(CHUNK).map(|piece| (frame, piece.to_vec())).collect::<Vec<_>>()
+            numbers.chunks(CHUNK).map(|piece| Job::Chunk { frame, numbers: piece.to_vec() }).collect::<Vec<_>>()
         };
         by_frame.into_iter().enumerate().flat_map(pieces).collect()
+    }
+
+    /// The trials over drawn worlds, world by world.
+    fn worlds(&self) -> Vec<Job> {
+        let mut worlds = BTreeMap::<(usize, NegativeKind), Vec<WorldTrial>>::new();
+        for number in self.numbers() {
+            let (kind, region) = self.cell(number);
+            if kind.is_repeating() {
+                let world = number / self.kinds.len() / TRIALS_PER_WORLD;
+                worlds.entry((world, kind)).or_default().push(WorldTrial { number, region, rng: self.rng(number) });
+            }
+        }
+        worlds.into_iter().map(|((world, kind), trials)| Job::World { kind, world, trials }).collect()
+    }
+
+    /// Numbers of all trials; none without kinds.
+    fn numbers(&self) -> std::ops::Range<usize> {
+        0..if self.kinds.is_empty() { 0 } else { self.trial.trials }
+    }
+
+    fn run(
+        &self,
+        job: &Job,
+        progress: &(impl Fn(&NegativeOutcome) + Sync),
+    ) -> Result<Vec<NegativeOutcome>, TrialError> {
+        match job {
+            Job::Chunk { frame, numbers } => self.try_all(*frame, numbers, progress),
+            Job::World { kind, world, trials } => self.repeating.try_world(*kind, *world, trials, progress),
+        }
     }
 
     /// Makes some trials of one frame.
@@ -131,16 +169,25 @@ impl<'a> NegativeRunner<'a> {
         let _ = rng.random_range(0..self.flight.frames.len());
         let (kind, region) = self.cell(number);
         let is_heading_known = kind == NegativeKind::Turned || !rng.random_bool(self.trial.unknown_heading_share);
-        let half_width_m = self.trial.prior_error_m * region.sqrt() * 1.001 + 1.0;
+        let half_width_m = self.trial.half_width_m(region);
         let search = match self.prior(frame, gray, kind, half_width_m, &mut rng)? {
             Some((prior, shared_m2)) => {
                 let shown = self.shown(frame, gray, kind, &mut rng)?;
-                let searched_ratio = shared_m2 / (2.0 * self.trial.prior_error_m).powi(2);
-                Some(self.search(frame, &shown, is_heading_known, prior, half_width_m, searched_ratio)?)
+                let stated = StatedPrior { centre: prior, half_width_m, is_heading_known };
+                Some(self.trial.search(self.store, &self.trial.layer, frame, &shown, &stated, shared_m2)?)
             }
             None => None,
         };
-        Ok(NegativeOutcome { number, kind, region, image: frame.image.clone(), is_heading_known, search })
+        Ok(NegativeOutcome {
+            number,
+            kind,
+            region,
+            image: frame.image.clone(),
+            is_heading_known,
+            place: None,
+            pattern: None,
+            search,
+        })
     }
 
     /// Centre of the square to search, and the area of imagery in it, m^2.
@@ -199,33 +246,9 @@ impl<'a> NegativeRunner<'a> {
                 let other = read_frame(&frames[rng.random_range(0..frames.len())].path)?;
                 altered::fitted(&other, side(width), side(height))
             }
+            _ => unreachable!("drawn with its world"),
         };
         Ok(ShownFrame { gray: drawn, view })
-    }
-
-    fn search(
-        &self,
-        frame: &RecordedFrame,
-        shown: &ShownFrame,
-        is_heading_known: bool,
-        prior: Geodetic,
-        half_width_m: f64,
-        searched_ratio: f64,
-    ) -> Result<NegativeSearch, TrialError> {
-        let sigma_rad = self.trial.heading_sigma_deg.to_radians();
-        let request = FixRequest {
-            layer: self.trial.layer.clone(),
-            position: PositionPrior::Square { centre: prior, half_width_m },
-            heading: is_heading_known.then_some(HeadingPrior { heading_rad: frame.heading_rad, sigma_rad }),
-            view: shown.view.clone(),
-            scale_sigma_ratio: self.trial.height_sigma_ratio,
-            time_s: None,
-        };
-        let asked = Instant::now();
-        let answer = locate(self.store, &shown.gray, &request, 1)
-            .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?;
-        let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
-        Ok(NegativeSearch { prior, searched_ratio, answer, elapsed_ms })
     }
 }
 

@@ -4,6 +4,7 @@
 use super::bound::{lower95, upper95};
 use super::kind::NegativeKind;
 use super::outcome::NegativeOutcome;
+use super::repeating::PatternKind;
 use crate::trial::quantiles::Quantiles;
 use serde::Serialize;
 
@@ -19,12 +20,16 @@ pub struct NegativeScore {
     pub skipped: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Searches that found the frame's true place.
+    pub right: usize,
     /// One-sided 95 % upper bound on the rate of false fixes among such searches.
     pub false_rate_upper95: f64,
     /// Results by size of the region.
     pub by_region: Vec<RegionScore>,
     /// Results by kind and size of the region.
     pub by_kind: Vec<KindScore>,
+    /// Results by pattern, of the kinds in which map and frame repeat themselves.
+    pub by_pattern: Vec<PatternScore>,
     /// Stated false alarms beside those observed, over all searches of frames whose ground the region does not show.
     pub calibration: Vec<CalibrationStep>,
     /// Durations from the frame in memory to the answer, milliseconds.
@@ -46,6 +51,8 @@ pub struct RegionScore {
     pub skipped: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Searches that found the frame's true place.
+    pub right: usize,
     /// One-sided 95 % upper bound on the rate.
     pub false_rate_upper95: f64,
     /// Stated false alarms beside those observed.
@@ -55,7 +62,7 @@ pub struct RegionScore {
 /// All searches of one kind over regions of one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KindScore {
-    /// The reason why every fix is false.
+    /// The reason why a fix is false.
     pub kind: NegativeKind,
     /// Requested area, in usual squares.
     pub region: f64,
@@ -65,10 +72,27 @@ pub struct KindScore {
     pub skipped: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Searches that found the frame's true place.
+    pub right: usize,
     /// One-sided 95 % upper bound on the rate.
     pub false_rate_upper95: f64,
     /// The strongest evidence that any search stated.
     pub least_log10_false_alarms: Option<f64>,
+}
+
+/// All searches over one pattern.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PatternScore {
+    /// What repeats.
+    pub pattern: PatternKind,
+    /// Number of searches.
+    pub trials: usize,
+    /// Searches that accepted a false fix.
+    pub accepted: usize,
+    /// Searches that found the frame's true place.
+    pub right: usize,
+    /// One-sided 95 % upper bound on the rate of false fixes.
+    pub false_rate_upper95: f64,
 }
 
 /// Searches that stated fewer false alarms than a power of ten, and how many there may be.
@@ -93,13 +117,15 @@ struct OutcomeCounts {
     trials: usize,
     skipped: usize,
     accepted: usize,
+    right: usize,
 }
 
 impl OutcomeCounts {
     fn from_outcomes(outcomes: &[&NegativeOutcome]) -> Self {
         let skipped = outcomes.iter().filter(|o| o.search.is_none()).count();
         let accepted = outcomes.iter().filter(|o| o.is_accepted()).count();
-        Self { trials: outcomes.len() - skipped, skipped, accepted }
+        let right = outcomes.iter().filter(|o| o.is_right()).count();
+        Self { trials: outcomes.len() - skipped, skipped, accepted, right }
     }
 
     fn false_rate_upper95(&self) -> f64 {
@@ -126,6 +152,7 @@ impl NegativeScore {
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
+            right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
             by_region: regions.iter().map(|&r| RegionScore::from_outcomes(r, &chosen(&|o| o.region == r))).collect(),
             by_kind: kinds
@@ -133,6 +160,11 @@ impl NegativeScore {
                 .flat_map(|&k| regions.iter().map(move |&r| (k, r)))
                 .map(|(k, r)| KindScore::from_outcomes(k, r, &chosen(&|o| o.kind == k && o.region == r)))
                 .filter(|s| s.trials + s.skipped > 0)
+                .collect(),
+            by_pattern: PatternKind::ALL
+                .into_iter()
+                .map(|p| PatternScore::from_outcomes(p, &chosen(&|o| o.pattern.is_some_and(|d| d.kind == p))))
+                .filter(|s| s.trials > 0)
                 .collect(),
             calibration: calibration(&all),
             elapsed_ms: Quantiles::from_values(elapsed),
@@ -151,6 +183,7 @@ impl RegionScore {
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
+            right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
             calibration: calibration(outcomes),
         }
@@ -167,8 +200,22 @@ impl KindScore {
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
+            right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
             least_log10_false_alarms: evidence.reduce(f64::min),
+        }
+    }
+}
+
+impl PatternScore {
+    fn from_outcomes(pattern: PatternKind, outcomes: &[&NegativeOutcome]) -> Self {
+        let count = OutcomeCounts::from_outcomes(outcomes);
+        Self {
+            pattern,
+            trials: count.trials,
+            accepted: count.accepted,
+            right: count.right,
+            false_rate_upper95: count.false_rate_upper95(),
         }
     }
 }
@@ -222,6 +269,8 @@ pub(crate) mod tests {
             region,
             image: "a.png".into(),
             is_heading_known: true,
+            place: None,
+            pattern: None,
             search: (kind != NegativeKind::Elsewhere).then_some(search),
         }
     }

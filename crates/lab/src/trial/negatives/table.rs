@@ -1,6 +1,7 @@
 //! `negatives.csv`: a row per trial, from which others recompute the score.
 
 use super::outcome::NegativeOutcome;
+use super::repeating::PatternKind;
 use crate::trial::csv_file::{Decimals, Shortest, write_csv};
 use crate::trial::error::TrialError;
 use overfly_flight::locate::{Answer, Reason};
@@ -14,12 +15,15 @@ struct NegativeRow<'a> {
     kind: &'static str,
     region: Shortest,
     image: &'a str,
+    pattern: Option<PatternKind>,
+    period_m: Option<Decimals<2>>,
     heading_known: bool,
     prior_latitude_deg: Option<Decimals<9>>,
     prior_longitude_deg: Option<Decimals<9>>,
     searched_ratio: Option<Decimals<4>>,
     status: &'static str,
     reason: Option<Reason>,
+    error_m: Option<Decimals<3>>,
     score: Option<Decimals<4>>,
     log10_false_alarms: Option<Decimals<4>>,
     elapsed_ms: Option<Decimals<3>>,
@@ -32,6 +36,8 @@ impl<'a> NegativeRow<'a> {
             kind: o.kind.word(),
             region: Shortest(o.region),
             image: &o.image,
+            pattern: o.pattern.map(|p| p.kind),
+            period_m: o.pattern.map(|p| Decimals(p.period_m)),
             heading_known: o.is_heading_known,
             status: "skipped",
             ..Self::default()
@@ -47,6 +53,7 @@ impl<'a> NegativeRow<'a> {
             searched_ratio: Some(Decimals(search.searched_ratio)),
             status,
             reason,
+            error_m: o.error_m().map(Decimals),
             score: score.map(Decimals),
             log10_false_alarms: o.log10_false_alarms().map(Decimals),
             elapsed_ms: Some(Decimals(search.elapsed_ms)),
@@ -80,9 +87,12 @@ mod tests {
         ];
         let csv = csv_text(outcomes.iter().map(NegativeRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        let header = "trial,kind,region,image,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,score,log10_false_alarms,elapsed_ms";
+        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,score,log10_false_alarms,elapsed_ms";
         assert_eq!(lines[0], header);
-        assert_eq!(lines[1], "0,noise,1,a.png,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,-2.5000,30.000");
-        assert_eq!(lines[3], "2,elsewhere,100,a.png,true,,,,skipped,,,,");
+        assert_eq!(
+            lines[1],
+            "0,noise,1,a.png,,,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,,-2.5000,30.000"
+        );
+        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,");
     }
 }

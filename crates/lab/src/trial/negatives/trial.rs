@@ -24,6 +24,8 @@ pub struct NegativeTrial {
     pub heading_sigma_deg: f64,
     /// One standard deviation stated for the height, as a ratio.
     pub height_sigma_ratio: f64,
+    /// Greatest error of a right fix, metres, in the kinds where frame and map repeat themselves together.
+    pub right_m: f64,
     /// Trials at the same time; each search has one thread.
     pub threads: usize,
 }
@@ -41,6 +43,7 @@ impl NegativeTrial {
         positive("prior_error_m", self.prior_error_m, "a positive number of metres")?;
         positive("heading_sigma_deg", self.heading_sigma_deg, "a positive number of degrees")?;
         positive("height_sigma_ratio", self.height_sigma_ratio, "a positive ratio")?;
+        positive("right_m", self.right_m, "a positive number of metres")?;
         for &region in &self.regions {
             positive("regions", region, "positive areas, in usual squares")?;
         }
