@@ -204,8 +204,7 @@ impl<'a> RepeatingTrials<'a> {
         let view = View::Posed {
             intrinsics: self.flight.camera.clone(),
             height_agl_m: self.level_height_m.unwrap_or(frame.height_agl_m),
-            pitch_rad: frame.pitch_rad,
-            roll_rad: frame.roll_rad,
+            attitude: frame.attitude,
         };
         let heading_rad = frame.true_heading_rad.unwrap_or(frame.heading_rad);
         TruePose { nadir: truth(frame), heading_rad, view }
