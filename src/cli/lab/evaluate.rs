@@ -4,6 +4,7 @@ mod cost;
 mod fixes;
 mod motions;
 mod negatives;
+mod sequences;
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -20,6 +21,8 @@ pub enum Evaluate {
     Cost(cost::Args),
     /// Relative registration: pairs of known motion, a real flight, or pairs that share no ground.
     Motions(motions::Args),
+    /// Flights in a closed loop with faults of camera, sensors and clock: no position may be falsely sure.
+    Sequences(sequences::Args),
 }
 
 /// Runs the command.
@@ -29,5 +32,6 @@ pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
         Evaluate::Negatives(args) => negatives::run(args, output),
         Evaluate::Cost(args) => cost::run(args, output),
         Evaluate::Motions(args) => motions::run(args, output),
+        Evaluate::Sequences(args) => sequences::run(args, output),
     }
 }

@@ -13,7 +13,7 @@ use overfly_core::coupling::Mode;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
 use overfly_lab::report::{Mosaic, ReplayedFlight, replay_html};
-use overfly_lab::trial::{Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, ScaleSource, write_positions};
+use overfly_lab::trial::{Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, ScaleSource, SequenceFault, SourceScore, write_positions};
 use overfly_store::{Layer, Reader};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ For comparison, every mode stands beside dead reckoning: relative registrations 
 without disturbances.
 
 Execution times are --execution-s, or 0.05 s plus 0.001 s a tile; they are never measured, so a replay gives the same positions on every
-machine. Disturbances for trials: --start-error-m, --blackout, --cloud, --heading-bias-deg.
+machine. Disturbances for trials: --start-error-m, --blackout, --cloud, --heading-bias-deg, --disturb.
 
 With --json: one object per mode. --out writes positions.csv, summary.json and the page report.html.
 
@@ -81,6 +81,9 @@ pub struct Args {
     /// Offset of the compass, degrees.
     #[arg(long, value_name = "DEG", value_parser = any, default_value_t = 0.0, allow_negative_numbers = true, help_heading = "Disturbances")]
     heading_bias_deg: f64,
+    /// A fault of camera, sensors or clock on a stretch of the flight; see `evaluate sequences`.
+    #[arg(long, value_name = "FAULT", help_heading = "Disturbances")]
+    disturb: Option<SequenceFault>,
     /// Seed of the disturbances.
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Disturbances")]
     seed: u64,
@@ -126,7 +129,7 @@ fn blackout(text: &str) -> Result<(usize, usize), String> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (flight, store) = args.over.open(output)?;
+    let (flight, store) = args.over.open_with_absurd_rows(output)?;
     let layer = args.over.layer(&store)?;
     let right_m = args.right_m.map_or_else(|| default_right_m(&store, layer), Ok)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;
@@ -169,6 +172,7 @@ impl Args {
             blackout: self.blackout,
             cloud_share: self.cloud,
             heading_bias_rad: self.heading_bias_deg.to_radians(),
+            fault: self.disturb,
             seed: self.seed,
         }
     }
@@ -223,7 +227,7 @@ fn text(score: &FlyScore) -> String {
     };
     format!(
         "{}\n  images     {} ({} absolute registrations, {} of them fixes, {} false; {} relative ones)\n  position   {} m off\n  \
-         ellipse    {} of the positions have the truth in their own 95 % ellipse\n  within {:.0} m for good: {recovered}\n  \
+         ellipse    {} of the positions have the truth in their own 95 % ellipse\n  outside    99.9 %: {}\n  within {:.0} m for good: {recovered}\n  \
          beside it  dead reckoning {} m off{}",
         score.mode.word(),
         score.frames,
@@ -233,10 +237,18 @@ fn text(score: &FlyScore) -> String {
         score.relative_count,
         spread(&score.position_error_m),
         score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.1} %", 100.0 * c)),
+        sources_text(score),
         score.right_m,
         spread(&score.dead_reckoning_error_m),
         reckoned_text(score),
     )
+}
+
+/// How many positions have the truth outside their own 99.9 % ellipse, by what they call themselves.
+fn sources_text(score: &FlyScore) -> String {
+    let one = |word: &str, s: SourceScore| format!("{} of {} {word}", s.outside, s.positions);
+    let s = &score.sources;
+    [one("absolute", s.absolute), one("propagated", s.propagated), one("lost", s.lost)].join(", ")
 }
 
 /// The end error of each run of dead reckoning, with the heights as stated and scaled.

@@ -33,7 +33,18 @@ impl FlightOverStore {
     /// # Errors
     /// If either cannot be read.
     pub fn open(&self, output: &Output) -> Result<(RecordedFlight, Reader), Failure> {
-        let flight = RecordedFlight::read(&self.flight)?;
+        self.with_store(RecordedFlight::read(&self.flight)?, output)
+    }
+
+    /// As [`FlightOverStore::open`], for a replay: absurd rows do not end a flight.
+    ///
+    /// # Errors
+    /// If flight or store cannot be read.
+    pub fn open_with_absurd_rows(&self, output: &Output) -> Result<(RecordedFlight, Reader), Failure> {
+        self.with_store(RecordedFlight::read_with_absurd_rows(&self.flight)?, output)
+    }
+
+    fn with_store(&self, flight: RecordedFlight, output: &Output) -> Result<(RecordedFlight, Reader), Failure> {
         let flight = match self.attitude_sigma_deg {
             Some(sigma_deg) => flight.with_attitude_sigma_rad(sigma_deg.to_radians()),
             None => flight,

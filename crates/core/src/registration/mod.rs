@@ -3,7 +3,7 @@
 //! Coarse: [`coarse::CoarseMap`] correlates a whole view with a whole region by FFT. Fine: [`windows::match_windows`] finds
 //! where small windows of the view lie, [`window_fit::fit_windows`] the similarity that most of them agree on, and
 //! [`a_contrario`] the number of false alarms of such a consensus. [`relative`] registers two frames of a flight. Both fit
-//! their similarity with [`robust::estimate`].
+//! their similarity with [`robust::estimate`]. [`stationary`] finds what stands still in the images of a flight.
 
 pub mod a_contrario;
 mod cell_dots;
@@ -16,6 +16,7 @@ pub mod relative;
 pub mod resection;
 pub mod robust;
 pub mod similarity;
+pub mod stationary;
 pub mod wide;
 pub mod window_fit;
 pub mod windows;

@@ -34,14 +34,6 @@ pub enum NavigateError {
     /// A position is out of range.
     #[error(transparent)]
     Position(#[from] GeodesyError),
-    /// The image is not newer than the one before.
-    #[error("image time {time_s} s follows {last_s} s: images must come in order of time")]
-    OutOfOrder {
-        /// Time of the image, seconds.
-        time_s: f64,
-        /// Time of the image before, seconds.
-        last_s: f64,
-    },
 }
 
 impl NavigateError {
@@ -52,7 +44,6 @@ impl NavigateError {
             Self::Camera(error) => error.code(),
             Self::Filter(FilterError::SingularInnovation { .. }) => "singular_innovation",
             Self::Filter(FilterError::Position(_)) | Self::Position(_) => "position_out_of_range",
-            Self::OutOfOrder { .. } => "out_of_order",
         }
     }
 }

@@ -9,6 +9,7 @@
 //! So both offsets are states, and the covariance grows as the errors do.
 
 use super::error::FilterError;
+use super::flight_limits::Manoeuvre;
 use super::measurements::{FixMeasurement, OdometryStep, SensorReading, SensorSigmas};
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen};
 use overfly_core::geodesy::{
@@ -30,6 +31,14 @@ const ALTIMETER: usize = 5;
 /// No fix is trusted with heading and scale better than this: map and camera model err too.
 const LEAST_TURN_SIGMA_RAD: f64 = 0.002;
 const LEAST_SCALE_SIGMA: f64 = 0.002;
+
+/// Where the first image has no reading: the height that the filter begins at, metres, and one standard deviation of heading and
+/// of the logarithm of the height.
+const USUAL_HEIGHT_M: f64 = 500.0;
+const UNKNOWN_HEADING_SIGMA_RAD: f64 = 2.0;
+const UNKNOWN_LOG_HEIGHT_SIGMA: f64 = 1.5;
+/// The gate on a sensor's reading, in standard deviations of its innovation.
+const SENSOR_GATE_SIGMAS: f64 = 5.0;
 
 /// The bound on the normalised innovation squared (NIS) up to which a measurement is accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,11 +113,13 @@ pub struct NavigationFilter {
 
 impl NavigationFilter {
     /// Returns the filter at the start of a flight: a position with its standard deviation per axis, and the first reading.
+    /// Without a heading or a height it begins at north and at a usual height, and its covariance allows every other.
     pub fn new(position: Geodetic, sigma_m: f64, reading: SensorReading, sigmas: &SensorSigmas) -> Self {
         let mut state = State::zeros();
-        state[HEADING] = reading.heading_rad;
-        state[LOG_HEIGHT] = reading.height_m.ln();
+        state[LOG_HEIGHT] = USUAL_HEIGHT_M.ln();
         let mut covariance = StateCovariance::zeros();
+        covariance[(HEADING, HEADING)] = UNKNOWN_HEADING_SIGMA_RAD.powi(2);
+        covariance[(LOG_HEIGHT, LOG_HEIGHT)] = UNKNOWN_LOG_HEIGHT_SIGMA.powi(2);
         covariance[(EAST, EAST)] = sigma_m.powi(2);
         covariance[(NORTH, NORTH)] = sigma_m.powi(2);
         covariance[(COMPASS, COMPASS)] = sigmas.heading_offset_rad.powi(2);
@@ -192,8 +203,44 @@ impl NavigationFilter {
         Ok(self.move_origin(east, north)?)
     }
 
+    /// The reading without what contradicts the filter: a heading or a height outside the gate of five standard deviations, even if
+    /// the aircraft has turned and climbed as far as it can since.
+    pub fn gated(&self, reading: SensorReading, sigmas: &SensorSigmas, most: Manoeuvre) -> SensorReading {
+        let reading = reading.plausible();
+        let deviations = self.sensor_deviations(sigmas);
+        let [turn, climb] = self.sensor_innovation(reading);
+        // Not a number fails both.
+        let keep = |value: f64, off: f64, sigma: f64, slack: f64| {
+            if off.abs() <= SENSOR_GATE_SIGMAS * sigma + slack { value } else { f64::NAN }
+        };
+        SensorReading {
+            heading_rad: keep(reading.heading_rad, turn, deviations[0], most.turn_rad),
+            height_m: keep(reading.height_m, climb, deviations[1], most.log_climb),
+        }
+    }
+
+    /// Reading minus prediction: heading, radians, and logarithm of the height.
+    fn sensor_innovation(&self, reading: SensorReading) -> [f64; 2] {
+        [
+            wrap_turn_rad(reading.heading_rad - self.state[HEADING] - self.state[COMPASS]),
+            reading.height_m.ln() - self.state[LOG_HEIGHT] - self.state[ALTIMETER],
+        ]
+    }
+
+    /// One standard deviation of the innovations of compass and altimeter.
+    fn sensor_deviations(&self, sigmas: &SensorSigmas) -> [f64; 2] {
+        let noise = [sigmas.heading_noise_rad, sigmas.height_noise_ratio];
+        let p = &self.covariance;
+        let pairs = [(HEADING, COMPASS), (LOG_HEIGHT, ALTIMETER)];
+        [0, 1].map(|i| {
+            let (own, offset) = pairs[i];
+            (p[(own, own)] + 2.0 * p[(own, offset)] + p[(offset, offset)] + noise[i].powi(2)).max(0.0).sqrt()
+        })
+    }
+
     /// Predicts the state at the next image from a displacement by the last known velocity, for want of odometry. Heading and
-    /// height are reset to the sensors' readings minus their estimated offsets.
+    /// height are reset to the sensors' readings minus their estimated offsets. Where there is no reading they stay, and
+    /// `unseen` is one standard deviation of the turn and climb since the last image.
     ///
     /// # Errors
     /// As [`NavigationFilter::predict_odometry`].
@@ -202,54 +249,63 @@ impl NavigationFilter {
         displacement: Enu,
         sigma_m: f64,
         reading: SensorReading,
+        unseen: Manoeuvre,
         sigmas: &SensorSigmas,
     ) -> Result<(), FilterError> {
         self.covariance[(EAST, EAST)] += sigma_m.powi(2);
         self.covariance[(NORTH, NORTH)] += sigma_m.powi(2);
+        if !reading.heading_rad.is_finite() {
+            self.covariance[(HEADING, HEADING)] += unseen.turn_rad.powi(2);
+        }
+        if !reading.height_m.is_finite() {
+            self.covariance[(LOG_HEIGHT, LOG_HEIGHT)] += unseen.log_climb.powi(2);
+        }
         self.reset_attitude(reading, sigmas);
         Ok(self.move_origin(displacement.east_m, displacement.north_m)?)
     }
 
-    /// Sets heading and height to the readings minus the estimated offsets.
+    /// Sets heading and height to the readings minus the estimated offsets, where there are readings.
     fn reset_attitude(&mut self, reading: SensorReading, sigmas: &SensorSigmas) {
-        self.state[HEADING] = reading.heading_rad - self.state[COMPASS];
-        self.state[LOG_HEIGHT] = reading.height_m.ln() - self.state[ALTIMETER];
         let mut jacobian = StateCovariance::identity();
-        for (own, offset) in [(HEADING, COMPASS), (LOG_HEIGHT, ALTIMETER)] {
+        let mut noise = StateCovariance::zeros();
+        let readings = [
+            (HEADING, COMPASS, reading.heading_rad, sigmas.heading_noise_rad),
+            (LOG_HEIGHT, ALTIMETER, reading.height_m.ln(), sigmas.height_noise_ratio),
+        ];
+        for (own, offset, read, sigma) in readings.into_iter().filter(|(_, _, read, _)| read.is_finite()) {
+            self.state[own] = read - self.state[offset];
             jacobian[(own, own)] = 0.0;
             jacobian[(own, offset)] = -1.0;
+            noise[(own, own)] = sigma.powi(2);
         }
-        self.covariance = jacobian * self.covariance * jacobian.transpose();
-        self.covariance[(HEADING, HEADING)] += sigmas.heading_noise_rad.powi(2);
-        self.covariance[(LOG_HEIGHT, LOG_HEIGHT)] += sigmas.height_noise_ratio.powi(2);
+        self.covariance = jacobian * self.covariance * jacobian.transpose() + noise;
     }
 
-    /// Updates the state with a reading of compass and altimeter, without a gate. The position is corrected too, as far as
-    /// it was reckoned by a heading and a height that turn out to be wrong. The residual's components are heading (radians)
-    /// and logarithm of the height.
+    /// Updates the state with a reading of compass and altimeter. A reading outside the gate of five standard deviations, and a
+    /// missing one, change nothing. The position is corrected too, as far as it was reckoned by a heading and a height that
+    /// turn out to be wrong. The residual's components are heading (radians) and logarithm of the height, 0 where unused.
     ///
     /// # Errors
     /// [`FilterError::SingularInnovation`] where state and sensors are stated to be exact; else as
     /// [`NavigationFilter::predict_odometry`].
     pub fn update_sensors(&mut self, reading: SensorReading, sigmas: &SensorSigmas) -> Result<Residual, FilterError> {
         const SINGULAR: FilterError = FilterError::SingularInnovation { measurement: "sensor reading" };
+        let off = self.sensor_innovation(self.gated(reading, sigmas, Manoeuvre::default()));
         let mut h = SMatrix::<f64, 2, 6>::zeros();
-        h[(0, HEADING)] = 1.0;
-        h[(0, COMPASS)] = 1.0;
-        h[(1, LOG_HEIGHT)] = 1.0;
-        h[(1, ALTIMETER)] = 1.0;
-        let turn = reading.heading_rad - self.state[HEADING] - self.state[COMPASS];
-        let innovation = SVector::<f64, 2>::new(
-            wrap_turn_rad(turn),
-            reading.height_m.ln() - self.state[LOG_HEIGHT] - self.state[ALTIMETER],
-        );
+        let mut innovation = SVector::<f64, 2>::zeros();
+        // A row of zeros and no innovation: the reading changes nothing.
+        for (i, own, offset) in [(0, HEADING, COMPASS), (1, LOG_HEIGHT, ALTIMETER)] {
+            if off[i].is_finite() {
+                (h[(i, own)], h[(i, offset)], innovation[i]) = (1.0, 1.0, off[i]);
+            }
+        }
         let noise = Matrix2::new(sigmas.heading_noise_rad.powi(2), 0.0, 0.0, sigmas.height_noise_ratio.powi(2));
         let covariance = h * self.covariance * h.transpose() + noise;
         let residual = residual(innovation, covariance, Gate::OPEN).ok_or(SINGULAR)?;
         self.update(&h, &innovation, &noise).ok_or(SINGULAR)?;
         let (east, north) = (self.state[EAST], self.state[NORTH]);
         self.move_origin(east, north)?;
-        Ok(residual)
+        Ok(Residual { is_accepted: off.iter().all(|v| v.is_finite()), ..residual })
     }
 
     /// The position innovation (east, north, metres) of a fix that was made of this very image, and whether it passes the gate.

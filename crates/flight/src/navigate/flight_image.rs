@@ -51,7 +51,7 @@ impl FlightImage {
     }
 
     /// The odometry step from this image to a later one by relative registration; `None` where the images cannot be registered,
-    /// where one is tilted too far off nadir, or where turn or climb fail the gate against the sensors' readings.
+    /// where one is tilted too far off nadir, or where the turn fails the gate against the compass.
     ///
     /// # Errors
     /// As [`FlightImage::camera`].
@@ -63,13 +63,23 @@ impl FlightImage {
         Ok(Some(step(&motion, &own, &others)).filter(|step| self.passes_gate(next, step, sigmas)))
     }
 
+    /// Whether the turn agrees with the compass, as far as there are two readings.
     fn passes_gate(&self, next: &Self, step: &OdometryStep, sigmas: &SensorSigmas) -> bool {
         let turned = next.reading.heading_rad - self.reading.heading_rad - step.turn_rad;
-        let climbed = (next.reading.height_m / self.reading.height_m).ln() - step.log_climb;
-        let bound = |sigma: f64| GATE_SIGMAS * 2f64.sqrt() * sigma + 0.02;
-        wrap_turn_rad(turned).abs() <= bound(sigmas.heading_noise_rad)
-            && climbed.abs() <= bound(sigmas.height_noise_ratio)
+        turned.is_nan() || wrap_turn_rad(turned).abs() <= bound(sigmas.heading_noise_rad)
     }
+
+    /// Whether the climb contradicts the altimeter. The scale of a motion is known from many keypoints, so the altimeter is
+    /// taken to be wrong.
+    pub fn contradicts_altimeter(&self, next: &Self, step: &OdometryStep, sigmas: &SensorSigmas) -> bool {
+        let climbed = (next.reading.height_m / self.reading.height_m).ln() - step.log_climb;
+        climbed.abs() > bound(sigmas.height_noise_ratio)
+    }
+}
+
+/// The gate on the difference of two readings of this noise.
+fn bound(sigma: f64) -> f64 {
+    GATE_SIGMAS * 2f64.sqrt() * sigma + 0.02
 }
 
 /// An image rectified to the view of a camera that looks straight down.

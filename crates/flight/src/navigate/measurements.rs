@@ -6,10 +6,28 @@ use overfly_core::geodesy::{EnuCovariance, Geodetic, Heading};
 /// The readings of compass and altimeter at one image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorReading {
-    /// Heading by the compass, radians clockwise from true north.
+    /// Heading by the compass, radians clockwise from true north; not finite: no reading.
     pub heading_rad: f64,
-    /// Height by the altimeter, metres above ground.
+    /// Height by the altimeter, metres above ground; not finite: no reading.
     pub height_m: f64,
+}
+
+/// Bounds of heights above ground that an altimeter can read, metres.
+const HEIGHT_BOUNDS_M: (f64, f64) = (0.1, 100_000.0);
+/// A heading of more turns than this is no heading, radians.
+const MAX_HEADING_RAD: f64 = 100.0;
+
+impl SensorReading {
+    /// The reading with what no compass or altimeter can read taken out: a height of 0, a negative or a huge one, a heading of
+    /// many turns.
+    pub fn plausible(self) -> Self {
+        let keep = |value: f64, is_kept: bool| if is_kept { value } else { f64::NAN };
+        let (low, high) = HEIGHT_BOUNDS_M;
+        Self {
+            heading_rad: keep(self.heading_rad, self.heading_rad.abs() <= MAX_HEADING_RAD),
+            height_m: keep(self.height_m, (low..=high).contains(&self.height_m)),
+        }
+    }
 }
 
 /// Error model of compass and altimeter: a constant offset and white noise each, one standard deviation.
@@ -58,4 +76,22 @@ pub struct FixMeasurement {
     pub log_height: f64,
     /// One standard deviation of [`FixMeasurement::log_height`].
     pub log_height_sigma: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_absurd_reading_is_no_reading() {
+        let reading = SensorReading { heading_rad: 1.0, height_m: 500.0 };
+        assert_eq!(reading.plausible(), reading);
+        for height_m in [0.0, -20.0, 1e9, f64::NAN, f64::INFINITY] {
+            let kept = SensorReading { height_m, ..reading }.plausible();
+            assert!(kept.height_m.is_nan() && kept.heading_rad == 1.0, "{height_m}");
+        }
+        for heading_rad in [1e6, f64::NAN, f64::NEG_INFINITY] {
+            assert!(SensorReading { heading_rad, ..reading }.plausible().heading_rad.is_nan(), "{heading_rad}");
+        }
+    }
 }

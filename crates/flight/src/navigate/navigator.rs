@@ -1,9 +1,13 @@
 //! `Navigator`: takes image after image and returns a position for each.
 
 use super::error::NavigateError;
-use super::filter::{Gate, NavigationFilter};
+use super::filter::NavigationFilter;
 use super::flight_image::FlightImage;
-use super::keyframes::Keyframes;
+use super::flight_limits::Manoeuvre;
+use super::hypotheses::{Hypotheses, ImageUpdate};
+use super::image_clock::{ImageClock, ImageTime};
+use super::image_history::ImageHistory;
+use super::keyframes::{KeyframeStep, Keyframes};
 use super::measurements::FixMeasurement;
 use super::options::NavigateOptions;
 use super::position::{Position, PositionSource};
@@ -20,8 +24,6 @@ use overfly_store::Reader;
 const SURE_LOG10_FALSE_ALARMS: f64 = -9.0;
 /// Images not farther apart than this many of the last interval are consecutive.
 const CONSECUTIVE_INTERVALS: f64 = 1.5;
-/// One standard deviation of an alternative filter's position before its first fix updates it, metres.
-const ALTERNATIVE_SIGMA_M: f64 = 1e4;
 
 /// A flight under way.
 ///
@@ -48,37 +50,41 @@ const ALTERNATIVE_SIGMA_M: f64 = 1e4;
 /// println!("{:?}, then {:?}", first.position, second.position);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Clone)]
 pub struct Navigator<'a> {
     store: &'a Reader,
     options: &'a NavigateOptions,
-    /// The filter at the last image.
-    filter: NavigationFilter,
+    clock: ImageClock,
+    images: ImageHistory,
+    /// The filters at the last image.
+    hypotheses: Hypotheses,
     keyframes: Keyframes,
     velocity: Velocity,
-    last_time_s: f64,
+    /// The velocity at the last accepted fix.
+    unaided_velocity: Velocity,
     /// The time of the last image with an accepted fix, and the filter there after the update.
     last_fix: Option<(f64, NavigationFilter)>,
     widening: SearchWidening,
     /// An absolute registration whose result is not due yet.
     pending: Option<PendingRegistration>,
-    /// A filter that starts at a fix outside the gate; it replaces `filter` if the next fix confirms it.
-    alternative: Option<NavigationFilter>,
     /// Images since the last absolute registration began.
     images_since_absolute: usize,
     /// When a registration that the mode waits for ends.
     busy_until_s: f64,
+    /// The flight before a pause: the image after it may turn out to have a wrong time.
+    before_pause: Option<Box<Self>>,
 }
 
 /// An absolute registration that began at an image: a delayed measurement.
+#[derive(Clone)]
 struct PendingRegistration {
     done_s: f64,
     answer: Answer,
     image: FlightImage,
-    /// The filter and the alternative filter at that image.
-    filter: NavigationFilter,
-    alternative: Option<NavigationFilter>,
+    /// The filters at that image.
+    hypotheses: Hypotheses,
     /// The time updates since that image.
-    updates: Vec<TimeUpdate>,
+    updates: Vec<ImageUpdate>,
 }
 
 /// The outcome of an absolute registration.
@@ -86,6 +92,17 @@ struct Searched {
     tiles: usize,
     nominal_count: f64,
     fix: Option<Fix>,
+}
+
+/// What an image is good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Use {
+    /// Relative and absolute registration.
+    All,
+    /// Only the next image is compared with it: its motion is not what the aircraft flies.
+    Comparison,
+    /// Nothing: it does not show what the camera sees now.
+    Nothing,
 }
 
 impl<'a> Navigator<'a> {
@@ -97,50 +114,95 @@ impl<'a> Navigator<'a> {
         store: &'a Reader,
         options: &'a NavigateOptions,
         start: Geodetic,
-        first: FlightImage,
+        mut first: FlightImage,
     ) -> Result<(Self, Position), NavigateError> {
+        let clock = ImageClock::new(first.time_s);
+        first.time_s = clock.last_s();
+        first.reading = first.reading.plausible();
         let filter = NavigationFilter::new(start, options.start_sigma_m, first.reading, &options.sensors);
         let mut navigator = Self {
             store,
             options,
+            clock,
+            images: ImageHistory::new(first.gray.clone()),
             keyframes: Keyframes::new(first.clone(), filter.clone()),
-            filter,
+            hypotheses: Hypotheses::new(filter),
             velocity: Velocity::new(options),
-            last_time_s: first.time_s,
+            unaided_velocity: Velocity::new(options),
             last_fix: None,
             widening: SearchWidening::default(),
             pending: None,
-            alternative: None,
             images_since_absolute: usize::MAX - 1,
             busy_until_s: f64::NEG_INFINITY,
+            before_pause: None,
         };
-        let position = navigator.register(&first, 0, first.time_s)?;
+        let image_use = if first.camera(1.0).is_ok() { Use::All } else { Use::Nothing };
+        let position = navigator.register(&first, 0, image_use)?;
         Ok((navigator, position))
     }
 
-    /// Takes the next image and returns the best position that is known when the image's own registrations are done.
+    /// Takes the next image and returns the best position that is known when the image's own registrations are done. An image
+    /// whose time is wrong moves nothing, and its position says so ([`PositionSource::Lost`]). An image that shows old ground,
+    /// and readings that cannot be, are no measurements: dead reckoning goes on without them.
     ///
     /// # Errors
-    /// [`NavigateError::OutOfOrder`] where the image is not newer than the last; else as [`Navigator::start`].
-    pub fn process_image(&mut self, image: FlightImage) -> Result<Position, NavigateError> {
-        let elapsed_s = image.time_s - self.last_time_s;
-        if elapsed_s.is_nan() || elapsed_s <= 0.0 {
-            return Err(NavigateError::OutOfOrder { time_s: image.time_s, last_s: self.last_time_s });
+    /// As [`Navigator::start`].
+    pub fn process_image(&mut self, mut image: FlightImage) -> Result<Position, NavigateError> {
+        let stated_s = image.time_s;
+        let (time_s, elapsed_s) = match self.take_time(stated_s) {
+            ImageTime::Follows { time_s, elapsed_s, .. } => (time_s, elapsed_s),
+            ImageTime::Wrong { elapsed_s } => return Ok(self.position_at_wrong_time(stated_s, elapsed_s)),
+        };
+        image.time_s = time_s;
+        self.finish_pending(time_s)?;
+        let usable = self.usable(&image, elapsed_s);
+        let relative_count = usize::from(self.uses_odometry(&image) && usable == Use::All);
+        let (image_use, is_registered) = self.predict(&mut image, elapsed_s, usable)?;
+        if image_use != Use::Nothing {
+            let filter = self.hypotheses.filter().clone();
+            self.keyframes.add(image.clone(), filter, is_registered, elapsed_s);
         }
-        self.finish_pending(image.time_s)?;
-        let relative_count = usize::from(self.uses_odometry(&image));
-        let (update, from) = self.time_update(&image, elapsed_s)?;
-        let is_registered = matches!(update, TimeUpdate::Odometry { .. });
-        // A step from an earlier image than the last does not measure the velocity since the last.
-        let before = (is_registered && from.is_none()).then(|| self.filter.clone());
-        self.predict(&update, from)?;
-        if let Some(before) = before {
-            self.velocity = self.velocity.measured(&before, &self.filter, elapsed_s);
-        }
-        self.last_time_s = image.time_s;
-        self.keyframes.add(image.clone(), self.filter.clone(), is_registered);
         self.images_since_absolute = self.images_since_absolute.saturating_add(1);
-        self.register(&image, relative_count, image.time_s)
+        let position = self.register(&image, relative_count, image_use)?;
+        Ok(Position { time_s: stated_s, ..position })
+    }
+
+    /// Takes the time of an image. A time before the last pause shows that the time after the pause was wrong: the flight goes on
+    /// as it was before.
+    fn take_time(&mut self, stated_s: f64) -> ImageTime {
+        if let Some(before) = self.before_pause.take() {
+            let (mut clock, mut as_it_was) = (self.clock.clone(), before.clock.clone());
+            if !matches!(clock.take(stated_s), ImageTime::Follows { .. })
+                && matches!(as_it_was.take(stated_s), ImageTime::Follows { .. })
+            {
+                *self = *before;
+            }
+        }
+        let mut clock = self.clock.clone();
+        let time = clock.take(stated_s);
+        if matches!(time, ImageTime::Follows { is_pause: true, .. }) {
+            self.before_pause = Some(Box::new(self.clone()));
+        }
+        self.clock = clock;
+        time
+    }
+
+    /// The answer for an image whose time is wrong: the last position, and every place that the aircraft can have reached
+    /// since.
+    fn position_at_wrong_time(&self, stated_s: f64, elapsed_s: f64) -> Position {
+        let position = self.position(stated_s, PositionSource::Lost);
+        let reach_m2 = (self.velocity.speed_mps() * elapsed_s).powi(2);
+        let mut covariance = position.covariance;
+        covariance.ee_m2 += reach_m2;
+        covariance.nn_m2 += reach_m2;
+        Position { covariance, ..position }
+    }
+
+    /// Whether the image shows what a valid camera sees now.
+    fn usable(&mut self, image: &FlightImage, elapsed_s: f64) -> Use {
+        let Ok(camera) = image.camera(self.hypotheses.filter().height_m()) else { return Use::Nothing };
+        let least_motion_px = self.velocity.least_distance_m(elapsed_s) / camera.gsd_m_per_px();
+        if self.images.add(&image.gray, least_motion_px) { Use::All } else { Use::Nothing }
     }
 
     /// Whether this image is registered against a keyframe.
@@ -148,45 +210,79 @@ impl<'a> Navigator<'a> {
         self.options.mode != Mode::Combined && image.time_s >= self.busy_until_s
     }
 
-    /// The time update to this image, and the filter that it begins at, where this is not the filter at the last image.
-    fn time_update(
+    /// Carries the filters to this image, by odometry where there is some. Takes the readings that contradict out of the image.
+    /// Returns what the image is good for, and whether it was registered.
+    fn predict(
         &mut self,
-        image: &FlightImage,
+        image: &mut FlightImage,
         elapsed_s: f64,
-    ) -> Result<(TimeUpdate, Option<NavigationFilter>), NavigateError> {
-        let reading = image.reading;
-        if self.uses_odometry(image)
-            && let Some((step, from)) = self.keyframes.step_to(image, &self.options.sensors)?
-        {
-            return Ok((TimeUpdate::Odometry { step, reading }, from));
+        usable: Use,
+    ) -> Result<(Use, bool), NavigateError> {
+        let (options, sensors) = (self.options, &self.options.sensors);
+        let filter = self.hypotheses.filter();
+        let most = Manoeuvre::largest(options, self.velocity.speed_mps(), filter.height_m(), elapsed_s);
+        let of_unaided = self.hypotheses.unaided().gated(image.reading, sensors, most);
+        image.reading = filter.gated(image.reading, sensors, most);
+        let step = if usable == Use::All && self.uses_odometry(image) {
+            self.keyframes.step_to(image, self.velocity, sensors)?
+        } else {
+            KeyframeStep::None
+        };
+        let unaided = self.unaided_velocity.dead_reckon(self.hypotheses.unaided(), of_unaided, elapsed_s, options);
+        let reckoned =
+            |velocity: &mut Velocity| velocity.dead_reckon(self.hypotheses.filter(), image.reading, elapsed_s, options);
+        match step {
+            // While fixes contradict the filter, only the last image is compared.
+            KeyframeStep::Motion { step, from, reading } if from.is_none() || !self.hypotheses.is_contradicted() => {
+                image.reading = reading;
+                let aided = TimeUpdate::Odometry { step, reading };
+                let is_from_last = from.is_none();
+                let before = self.hypotheses.filter().clone();
+                self.apply(ImageUpdate { aided, unaided, is_unflyable: false }, from)?;
+                // A step from an earlier image than the last does not measure the velocity since the last.
+                if is_from_last && !self.hypotheses.is_contradicted() {
+                    self.velocity = self.velocity.measured(&before, self.hypotheses.filter(), elapsed_s);
+                }
+                Ok((Use::All, true))
+            }
+            KeyframeStep::Unflyable { off_m } => {
+                let aided = reckoned(&mut self.velocity).widened(off_m);
+                self.apply(ImageUpdate { aided, unaided, is_unflyable: true }, None)?;
+                Ok((Use::Comparison, false))
+            }
+            KeyframeStep::Motion { .. } | KeyframeStep::None => {
+                let aided = reckoned(&mut self.velocity);
+                self.apply(ImageUpdate { aided, unaided, is_unflyable: false }, None)?;
+                Ok((usable, false))
+            }
         }
-        let radius_m = self.options.min_turn_radius_m;
-        let (displacement, sigma_m) = self.velocity.dead_reckon(&self.filter, reading, elapsed_s, radius_m);
-        Ok((TimeUpdate::DeadReckoning { displacement, sigma_m, reading }, None))
     }
 
     /// Applies a time update to every filter. `from`: the filter that the update begins at, where this is not the last one.
-    fn predict(&mut self, update: &TimeUpdate, from: Option<NavigationFilter>) -> Result<(), NavigateError> {
-        let sensors = &self.options.sensors;
-        if let Some(pending) = &mut self.pending {
-            pending.updates.push(update.clone());
-        }
-        if let Some(alternative) = &mut self.alternative {
-            update.apply(alternative, sensors)?;
-        }
+    fn apply(&mut self, update: ImageUpdate, from: Option<NavigationFilter>) -> Result<(), NavigateError> {
         if let Some(from) = from {
             // The pending registration began at an image that this update skips.
             self.pending = None;
-            self.alternative = None;
-            self.filter = from;
+            self.hypotheses.go_back_to(from);
         }
-        Ok(update.apply(&mut self.filter, sensors)?)
+        self.hypotheses.predict(&update, &self.options.sensors)?;
+        if let Some(pending) = &mut self.pending {
+            pending.updates.push(update);
+        }
+        Ok(())
     }
 
     /// Begins an absolute registration where one is due, and waits for its result where the mode does.
-    fn register(&mut self, image: &FlightImage, relative_count: usize, now_s: f64) -> Result<Position, NavigateError> {
+    fn register(
+        &mut self,
+        image: &FlightImage,
+        relative_count: usize,
+        image_use: Use,
+    ) -> Result<Position, NavigateError> {
+        let now_s = image.time_s;
         let mut searched = None;
-        if self.pending.is_none() && now_s >= self.busy_until_s && self.is_absolute_due() {
+        let is_free = self.pending.is_none() && now_s >= self.busy_until_s;
+        if is_free && image_use == Use::All && self.is_absolute_due() {
             searched = self.begin_absolute(image, now_s)?;
             let done_s = self.pending.as_ref().map_or(now_s, |p| p.done_s);
             if self.waits(done_s, image) {
@@ -194,25 +290,42 @@ impl<'a> Navigator<'a> {
                 self.finish_pending(done_s)?;
             }
         }
-        let fix_time_s = self.last_fix.as_ref().map(|(time_s, _)| *time_s);
+        let is_fixed = self.last_fix.as_ref().is_some_and(|(time_s, _)| *time_s == now_s);
+        let source = match (self.hypotheses.is_lost() || image_use == Use::Comparison, is_fixed) {
+            (true, _) => PositionSource::Lost,
+            (false, true) => PositionSource::Absolute,
+            (false, false) => PositionSource::Propagated,
+        };
         let (tiles_searched, nominal_count) = searched.as_ref().map_or((0, 0.0), |s| (s.tiles, s.nominal_count));
-        let is_absolute = fix_time_s == Some(image.time_s);
         Ok(Position {
-            time_s: image.time_s,
-            source: if is_absolute { PositionSource::Absolute } else { PositionSource::Propagated },
-            position: self.filter.position(),
-            heading_rad: self.filter.heading().radians(),
-            heading_sigma_rad: self.filter.heading_sigma_rad(),
-            covariance: self.filter.position_covariance(),
-            height_scale: self.filter.height_scale(),
-            height_scale_sigma_ratio: self.filter.height_scale_sigma_ratio(),
-            fix_age_s: fix_time_s.map(|s| image.time_s - s),
             tiles_searched,
             nominal_count,
             relative_count,
             absolute_count: usize::from(searched.is_some()),
             fix: searched.and_then(|s| s.fix),
+            ..self.position(now_s, source)
         })
+    }
+
+    /// The position by the filters, without the registrations of an image.
+    fn position(&self, time_s: f64, source: PositionSource) -> Position {
+        let filter = self.hypotheses.filter();
+        Position {
+            time_s,
+            source,
+            position: filter.position(),
+            heading_rad: filter.heading().radians(),
+            heading_sigma_rad: filter.heading_sigma_rad(),
+            covariance: self.hypotheses.position_covariance(),
+            height_scale: filter.height_scale(),
+            height_scale_sigma_ratio: filter.height_scale_sigma_ratio(),
+            fix_age_s: self.last_fix.as_ref().map(|(fix_s, _)| self.clock.last_s() - fix_s),
+            tiles_searched: 0,
+            nominal_count: 0.0,
+            relative_count: 0,
+            absolute_count: 0,
+            fix: None,
+        }
     }
 
     fn is_absolute_due(&self) -> bool {
@@ -226,7 +339,7 @@ impl<'a> Navigator<'a> {
     /// Whether the sequential mode searches at once: there is no fix yet, the last search failed, or its fix was outside the
     /// gate.
     fn is_in_doubt(&self) -> bool {
-        self.alternative.is_some() || self.widening != SearchWidening::default() || self.last_fix.is_none()
+        self.hypotheses.is_lost() || self.widening != SearchWidening::default() || self.last_fix.is_none()
     }
 
     /// Whether the mode waits for the result of an absolute registration.
@@ -237,15 +350,14 @@ impl<'a> Navigator<'a> {
             // Where the result is due before the next image, if images keep their interval.
             Mode::Auto => {
                 let relative_s = self.options.execution_times.relative_s;
-                self.keyframes.interval_s().is_some_and(|s| done_s + relative_s < image.time_s + s)
+                self.clock.interval_s().is_some_and(|s| done_s + relative_s < image.time_s + s)
             }
         }
     }
 
     fn begin_absolute(&mut self, image: &FlightImage, now_s: f64) -> Result<Option<Searched>, NavigateError> {
-        let at = self.alternative.as_ref().unwrap_or(&self.filter);
-        let widening = if self.alternative.is_some() { SearchWidening::default() } else { self.widening };
-        let request = widening.request(&self.options.layer, image, at);
+        let widening = if self.hypotheses.is_contradicted() { SearchWidening::default() } else { self.widening };
+        let request = widening.request(&self.options.layer, image, self.hypotheses.searched());
         let answer = match locate(self.store, &image.gray, &request, self.options.threads) {
             // A region too large to search and a camera tilted too far give no fix; the flight goes on.
             Err(
@@ -265,8 +377,7 @@ impl<'a> Navigator<'a> {
             done_s: now_s + self.options.execution_times.absolute_s(tiles),
             answer,
             image: image.clone(),
-            filter: self.filter.clone(),
-            alternative: self.alternative.clone(),
+            hypotheses: self.hypotheses.clone(),
             updates: Vec::new(),
         });
         self.images_since_absolute = 0;
@@ -278,7 +389,7 @@ impl<'a> Navigator<'a> {
         let Some(pending) = self.pending.take_if(|p| p.done_s <= now_s) else { return Ok(()) };
         match &pending.answer {
             Answer::NoFix(no_fix) => {
-                if self.alternative.take().is_none() {
+                if !self.hypotheses.drop_alternative() {
                     self.widening.record_failure(no_fix.reason);
                 }
             }
@@ -287,35 +398,24 @@ impl<'a> Navigator<'a> {
         Ok(())
     }
 
-    /// Updates the first filter whose gate the fix passes, as it was at the image of the fix, and applies the time updates
-    /// since. A fix that passes no gate, but is sure, starts an alternative filter, which the next fix may confirm.
+    /// Updates the filters with a fix, as they were at the image of the fix, and applies the time updates since.
     fn update_fix(&mut self, fix: &Fix, pending: &PendingRegistration) -> Result<(), NavigateError> {
         let measurement = measurement(fix, &pending.image)?;
-        self.alternative = None;
-        for filter in pending.alternative.iter().chain([&pending.filter]) {
-            let mut updated = filter.clone();
-            if updated.update_fix(&measurement, Gate::ONE_IN_A_MILLION)?.is_accepted {
-                self.widening.reset();
-                self.velocity = self.velocity_from_fixes(&updated, pending.image.time_s);
-                self.last_fix = Some((pending.image.time_s, updated.clone()));
-                self.apply_updates(&mut updated, pending)?;
-                self.keyframes.set_filter(&updated);
-                self.filter = updated;
-                return Ok(());
-            }
+        let is_sure = fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS);
+        let sensors = &self.options.sensors;
+        let mut hypotheses = pending.hypotheses.clone();
+        let is_accepted = hypotheses.update_fix(&measurement, is_sure, pending.image.reading, sensors)?;
+        if is_accepted {
+            self.widening.reset();
+            self.velocity = self.velocity_from_fixes(hypotheses.filter(), pending.image.time_s);
+            self.unaided_velocity = self.velocity;
+            self.last_fix = Some((pending.image.time_s, hypotheses.filter().clone()));
         }
-        if fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS) {
-            let (reading, sensors) = (pending.image.reading, &self.options.sensors);
-            let mut alternative = NavigationFilter::new(measurement.position, ALTERNATIVE_SIGMA_M, reading, sensors);
-            alternative.update_fix(&measurement, Gate::OPEN)?;
-            self.apply_updates(&mut alternative, pending)?;
-            self.alternative = Some(alternative);
+        pending.updates.iter().try_for_each(|update| hypotheses.predict(update, sensors))?;
+        if is_accepted || hypotheses.is_contradicted() {
+            self.keyframes.set_filter(hypotheses.filter());
         }
-        Ok(())
-    }
-
-    fn apply_updates(&self, filter: &mut NavigationFilter, pending: &PendingRegistration) -> Result<(), NavigateError> {
-        pending.updates.iter().try_for_each(|update| update.apply(filter, &self.options.sensors))?;
+        self.hypotheses = hypotheses;
         Ok(())
     }
 
@@ -323,7 +423,7 @@ impl<'a> Navigator<'a> {
     /// aircraft may have turned. In other modes odometry measures the velocity.
     fn velocity_from_fixes(&self, updated: &NavigationFilter, time_s: f64) -> Velocity {
         let is_consecutive =
-            |from_s: f64| self.keyframes.interval_s().is_some_and(|s| time_s - from_s < CONSECUTIVE_INTERVALS * s);
+            |from_s: f64| self.clock.interval_s().is_some_and(|s| time_s - from_s < CONSECUTIVE_INTERVALS * s);
         match &self.last_fix {
             Some((from_s, from)) if self.options.mode == Mode::Combined && is_consecutive(*from_s) => {
                 self.velocity.measured(from, updated, time_s - from_s)

@@ -12,14 +12,18 @@ pub enum PositionSource {
     Absolute,
     /// An absolute registration of an earlier image, or the start, carried forward.
     Propagated,
+    /// The position is in doubt: fixes, motion and sensors contradict each other, or the image's time is wrong. The covariance
+    /// holds every place that they leave open.
+    Lost,
 }
 
 impl PositionSource {
-    /// The word in files: `absolute` or `propagated`.
+    /// The word in files: `absolute`, `propagated` or `lost`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Absolute => "absolute",
             Self::Propagated => "propagated",
+            Self::Lost => "lost",
         }
     }
 }

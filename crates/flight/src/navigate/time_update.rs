@@ -2,6 +2,7 @@
 
 use super::error::FilterError;
 use super::filter::NavigationFilter;
+use super::flight_limits::Manoeuvre;
 use super::measurements::{OdometryStep, SensorReading, SensorSigmas};
 use overfly_core::geodesy::Enu;
 
@@ -24,10 +25,20 @@ pub enum TimeUpdate {
         sigma_m: f64,
         /// The readings at the next image.
         reading: SensorReading,
+        /// One standard deviation of the turn and climb, where there is no reading.
+        unseen: Manoeuvre,
     },
 }
 
 impl TimeUpdate {
+    /// Dead reckoning with another source of error, one standard deviation per axis, metres.
+    pub fn widened(mut self, by_m: f64) -> Self {
+        if let Self::DeadReckoning { sigma_m, .. } = &mut self {
+            *sigma_m = sigma_m.hypot(by_m);
+        }
+        self
+    }
+
     /// Carries a filter to the next image.
     ///
     /// # Errors
@@ -38,8 +49,8 @@ impl TimeUpdate {
                 filter.predict_odometry(step)?;
                 filter.update_sensors(*reading, sensors).map(|_| ())
             }
-            Self::DeadReckoning { displacement, sigma_m, reading } => {
-                filter.predict_dead_reckoning(*displacement, *sigma_m, *reading, sensors)
+            Self::DeadReckoning { displacement, sigma_m, reading, unseen } => {
+                filter.predict_dead_reckoning(*displacement, *sigma_m, *reading, *unseen, sensors)
             }
         }
     }

@@ -41,7 +41,10 @@ pub use experiment::{Experiment, OverlapRow, PaperFigures, Shape, images_csv};
 pub use fix_score::{FixScore, Nees};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial, TruthPoint};
-pub use fly::{Disturbances, FlightScale, FlyOutcome, FlyScore, FlyTrial, RunScore, ScaleSource, write_positions};
+pub use fly::{
+    Disturbances, FaultScore, FlightScale, FlyOutcome, FlyScore, FlyTrial, RunScore, ScaleSource, SequenceFault,
+    SequenceTrial, SourceScore, SourceScores, write_positions,
+};
 pub use legs::{Leg, LegComparison, LegScore, LegSensorSigmas, run_legs};
 pub use mirrored_pairs::{MirroredPairScore, MirroredPairTrial};
 pub use motion_table::write_motions;

@@ -71,11 +71,7 @@ pub fn run_motions(
     threads: usize,
     progress: impl Fn() + Sync,
 ) -> Result<Vec<MotionOutcome>, TrialError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| TrialError::Option {
-        name: "threads",
-        value: threads as f64,
-        expected: "a number of threads that this machine can start",
-    })?;
+    let pool = thread_pool(threads)?;
     let one = |pair: &ImagePair| -> Result<MotionOutcome, TrialError> {
         let (a, b) = (read_frame(&pair.paths[0])?, read_frame(&pair.paths[1])?);
         let asked = Instant::now();
@@ -86,6 +82,18 @@ pub fn run_motions(
         Ok(MotionOutcome::new(pair.clone(), answer, centre, elapsed_ms))
     };
     pool.install(|| pairs.pairs.par_iter().map(one).collect())
+}
+
+/// As many threads as a trial asks for.
+///
+/// # Errors
+/// If they cannot be started.
+pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, TrialError> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| TrialError::Option {
+        name: "threads",
+        value: threads as f64,
+        expected: "a number of threads that this machine can start",
+    })
 }
 
 /// Found minus true place in a of a point of b.

@@ -53,6 +53,19 @@ impl RecordedFlight {
     /// # Errors
     /// The first problem, with file, line and column.
     pub fn read(folder: &Path) -> Result<Self, TrialError> {
+        Self::read_rows(folder, Absurd::Refused)
+    }
+
+    /// Reads a flight as [`RecordedFlight::read`] does, but goes on where a sensor's cell is absurd: no number, or one that no sensor
+    /// reads. Times, heights, headings, pitches and rolls that are no numbers become NaN.
+    ///
+    /// # Errors
+    /// The first problem in files, columns, images or truth.
+    pub fn read_with_absurd_rows(folder: &Path) -> Result<Self, TrialError> {
+        Self::read_rows(folder, Absurd::Kept)
+    }
+
+    fn read_rows(folder: &Path, absurd: Absurd) -> Result<Self, TrialError> {
         let path = folder.join("flight.csv");
         let table = InputTable::read(&path, &NEEDED)?;
         let camera = read_camera(&folder.join("camera.toml"))?;
@@ -60,7 +73,7 @@ impl RecordedFlight {
         let mut names = HashSet::new();
         let mut frames = Vec::with_capacity(table.rows().len());
         for row in table.rows() {
-            let frame = read_row(&table, row, attitude_sigma_rad)?;
+            let frame = read_row(&table, row, attitude_sigma_rad, absurd)?;
             if !names.insert(frame.image.clone()) {
                 return Err(table.bad_cell(row, "image", "each image stands in one row only"));
             }
@@ -83,6 +96,31 @@ impl RecordedFrame {
     }
 }
 
+/// What becomes of a sensor's cell that is absurd.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Absurd {
+    /// The flight is not read.
+    Refused,
+    /// The cell is kept: a number as it is, anything else as NaN.
+    Kept,
+}
+
+impl Absurd {
+    /// A sensor's number by the strict reading, unless it is absurd and kept.
+    fn number(
+        self,
+        table: &InputTable,
+        row: &InputRow,
+        column: &'static str,
+        strict: Result<f64, TrialError>,
+    ) -> Result<f64, TrialError> {
+        match strict {
+            Err(_) if self == Self::Kept => Ok(table.text(row, column).parse().unwrap_or(f64::NAN)),
+            strict => strict,
+        }
+    }
+}
+
 /// A pause this many times as long as the median between frames ends a run.
 const PAUSE: f64 = 5.0;
 
@@ -95,7 +133,39 @@ pub fn runs(frames: &[RecordedFrame]) -> Vec<&[RecordedFrame]> {
 }
 
 /// `sigma_rad`: the standard deviation of the attitude that `camera.toml` states, for rows that state none.
-fn read_row(table: &InputTable, row: &InputRow, sigma_rad: Option<f64>) -> Result<RecordedFrame, TrialError> {
+fn read_row(
+    table: &InputTable,
+    row: &InputRow,
+    sigma_rad: Option<f64>,
+    absurd: Absurd,
+) -> Result<RecordedFrame, TrialError> {
+    let within = |limit: f64| move |v: f64| v.abs() <= limit;
+    let true_position = true_position(table, row)?;
+    let tilt = |column| match table.number_or_empty(row, column, TILT, |v| v.abs() < 90.0) {
+        Ok(angle) => Ok(angle),
+        strict => absurd.number(table, row, column, strict.map(|_| 0.0)).map(Some),
+    };
+    let row_sigma = table
+        .number_or_empty(row, "attitude_sigma_deg", TILT_SIGMA, |v| (0.0..=MAX_ATTITUDE_SIGMA_DEG).contains(&v))?;
+    let [pitch_rad, roll_rad] = [tilt("pitch_deg")?, tilt("roll_deg")?].map(|angle| angle.map(f64::to_radians));
+    let height_m = table.number(row, "height_agl_m", "a positive number of metres", |v| v > 0.0);
+    let time_s = table.number(row, "time_s", "a number of seconds", |_| true);
+    let heading_deg = table.number(row, "heading_deg", ANGLE, within(360.0));
+    Ok(RecordedFrame {
+        line: row.line,
+        image: table.text(row, "image").to_owned(),
+        path: table.image(row, "image")?,
+        time_s: absurd.number(table, row, "time_s", time_s)?,
+        true_position,
+        true_heading_rad: table.number_or_empty(row, "true_heading_deg", ANGLE, within(360.0))?.map(f64::to_radians),
+        height_agl_m: absurd.number(table, row, "height_agl_m", height_m)?,
+        heading_rad: absurd.number(table, row, "heading_deg", heading_deg)?.to_radians(),
+        attitude: Attitude::new(pitch_rad, roll_rad, row_sigma.map(f64::to_radians).or(sigma_rad)),
+    })
+}
+
+/// The true nadir, if stated.
+fn true_position(table: &InputTable, row: &InputRow) -> Result<Option<Geodetic>, TrialError> {
     let within = |limit: f64| move |v: f64| v.abs() <= limit;
     let latitude_deg =
         table.number_or_empty(row, "true_latitude_deg", "a number of degrees in [-90, 90], or empty", within(90.0))?;
@@ -105,31 +175,12 @@ fn read_row(table: &InputTable, row: &InputRow, sigma_rad: Option<f64>) -> Resul
         "a number of degrees in [-360, 360], or empty",
         within(360.0),
     )?;
-    let true_position = match (latitude_deg, longitude_deg) {
-        (Some(lat), Some(lon)) => Some(Geodetic::from_degrees(lat, lon).expect("checked above")),
-        (None, None) => None,
-        (None, Some(_)) => {
-            return Err(table.bad_cell(row, "true_latitude_deg", "stated or empty together with the longitude"));
-        }
-        (Some(_), None) => {
-            return Err(table.bad_cell(row, "true_longitude_deg", "stated or empty together with the latitude"));
-        }
-    };
-    let tilt = |column| table.number_or_empty(row, column, TILT, |v| v.abs() < 90.0);
-    let row_sigma = table
-        .number_or_empty(row, "attitude_sigma_deg", TILT_SIGMA, |v| (0.0..=MAX_ATTITUDE_SIGMA_DEG).contains(&v))?;
-    let [pitch_rad, roll_rad] = [tilt("pitch_deg")?, tilt("roll_deg")?].map(|angle| angle.map(f64::to_radians));
-    Ok(RecordedFrame {
-        line: row.line,
-        image: table.text(row, "image").to_owned(),
-        path: table.image(row, "image")?,
-        time_s: table.number(row, "time_s", "a number of seconds", |_| true)?,
-        true_position,
-        true_heading_rad: table.number_or_empty(row, "true_heading_deg", ANGLE, within(360.0))?.map(f64::to_radians),
-        height_agl_m: table.number(row, "height_agl_m", "a positive number of metres", |v| v > 0.0)?,
-        heading_rad: table.number(row, "heading_deg", ANGLE, within(360.0))?.to_radians(),
-        attitude: Attitude::new(pitch_rad, roll_rad, row_sigma.map(f64::to_radians).or(sigma_rad)),
-    })
+    match (latitude_deg, longitude_deg) {
+        (Some(lat), Some(lon)) => Ok(Some(Geodetic::from_degrees(lat, lon).expect("checked above"))),
+        (None, None) => Ok(None),
+        (None, Some(_)) => Err(table.bad_cell(row, "true_latitude_deg", "stated or empty together with the longitude")),
+        (Some(_), None) => Err(table.bad_cell(row, "true_longitude_deg", "stated or empty together with the latitude")),
+    }
 }
 
 #[cfg(test)]
@@ -201,6 +252,19 @@ mod tests {
         assert!(complaint("a.png,0,47,8,90,500,91,2,3\na.png,0,47,8,90,500,91,2,3\n").contains("one row only"));
         assert!(complaint("a.png,0,47\n").contains("line 2"));
         assert!(complaint("").contains("no rows"));
+    }
+
+    #[test]
+    fn a_flight_with_an_absurd_row_is_read_where_it_is_flown() {
+        let rows = "a.png,0,47,8,90,500,91,2,3\nb.png,soon,47,8,90,-5,1e9,NaN,95\n";
+        let folder = folder(&format!("{HEADER}{rows}"), CAMERA);
+        std::fs::write(folder.path().join("b.png"), b"").unwrap();
+        assert!(RecordedFlight::read(folder.path()).is_err());
+        let flight = RecordedFlight::read_with_absurd_rows(folder.path()).unwrap();
+        let [sound, absurd] = &flight.frames[..] else { panic!("two frames") };
+        assert_eq!((sound.time_s, sound.height_agl_m), (0.0, 500.0));
+        assert!(absurd.time_s.is_nan() && absurd.height_agl_m == -5.0 && absurd.heading_rad > 1e6);
+        assert!(absurd.attitude.pitch_rad.unwrap().is_nan() && absurd.attitude.roll_rad.unwrap() > 1.6);
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! `Disturbances`: the disturbances of a replayed flight, to test how navigation copes with them.
 
+use super::sequence_fault::SequenceFault;
+use super::tape::TapeRow;
+use crate::trial::recorded_flight::RecordedFrame;
 use overfly_core::pixels::Gray;
 use rand::seq::index::sample;
 use rand::{Rng, SeedableRng};
@@ -17,6 +20,8 @@ pub struct Disturbances {
     pub cloud_share: f64,
     /// Constant error of the compass, radians.
     pub heading_bias_rad: f64,
+    /// What happens to a stretch of the flight.
+    pub fault: Option<SequenceFault>,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -28,6 +33,15 @@ impl Disturbances {
     /// Direction of the error of the start, radians clockwise from north.
     pub fn start_bearing_rad(&self) -> f64 {
         ChaCha8Rng::seed_from_u64(self.seed).random_range(0.0..std::f64::consts::TAU)
+    }
+
+    /// What the navigator is told of each image.
+    pub fn tape(&self, frames: &[RecordedFrame]) -> Vec<TapeRow> {
+        let mut tape = frames.iter().enumerate().map(|(i, frame)| TapeRow::new(i, frame)).collect();
+        if let Some(fault) = self.fault {
+            fault.apply(&mut tape, self.seed);
+        }
+        tape
     }
 
     /// The numbers of the images that show cloud.

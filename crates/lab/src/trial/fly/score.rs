@@ -5,7 +5,11 @@ use super::scale::FlightScale;
 use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::LocalFrame;
+use overfly_flight::navigate::PositionSource;
 use serde::Serialize;
+
+/// The 99.9 % quantile of chi-square with two degrees of freedom.
+const CHI_SQUARE_999: f64 = 13.816;
 
 /// The summary of `fly`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +30,8 @@ pub struct FlyScore {
     pub dead_reckoning_error_m: Option<Quantiles>,
     /// Share of positions whose own 95 % ellipse contains the truth.
     pub ellipse95_coverage: Option<f64>,
+    /// Positions by what they call themselves.
+    pub sources: SourceScores,
     /// Absolute registrations begun.
     pub absolute_count: usize,
     /// Relative registrations tried.
@@ -39,6 +45,46 @@ pub struct FlyScore {
     pub scale: Option<FlightScale>,
     /// The score of dead reckoning, run by run.
     pub dead_reckoning_runs: Vec<RunScore>,
+}
+
+/// The positions of a flight by what they call themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct SourceScores {
+    /// From a fix of that very image.
+    pub absolute: SourceScore,
+    /// Carried forward.
+    pub propagated: SourceScore,
+    /// In doubt.
+    pub lost: SourceScore,
+}
+
+/// How many positions, and how many of them have the truth outside their own 99.9 % ellipse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct SourceScore {
+    /// Positions.
+    pub positions: usize,
+    /// Those with the truth outside.
+    #[serde(rename = "outside_999")]
+    pub outside: usize,
+}
+
+impl SourceScores {
+    /// Counts positions.
+    pub fn count<'a>(outcomes: impl IntoIterator<Item = &'a FlyOutcome>) -> Self {
+        let mut scores = Self::default();
+        for outcome in outcomes {
+            let score = match outcome.position.source {
+                PositionSource::Absolute => &mut scores.absolute,
+                PositionSource::Propagated => &mut scores.propagated,
+                PositionSource::Lost => &mut scores.lost,
+            };
+            score.positions += 1;
+            // A covariance that is not a number holds nothing.
+            let is_inside = outcome.position.covariance.squared_mahalanobis(outcome.error) <= CHI_SQUARE_999;
+            score.outside += usize::from(!is_inside);
+        }
+        scores
+    }
 }
 
 /// The score of one run of dead reckoning, between pauses.
@@ -74,6 +120,7 @@ impl FlyScore {
             position_error_m: Quantiles::from_values(outcomes.iter().map(length_m).collect()),
             dead_reckoning_error_m: Quantiles::from_values(reckoned.iter().flatten().map(length_m).collect()),
             ellipse95_coverage: (!outcomes.is_empty()).then(|| covered as f64 / outcomes.len() as f64),
+            sources: SourceScores::count(outcomes),
             absolute_count: outcomes.iter().map(|o| o.position.absolute_count).sum(),
             relative_count: outcomes.iter().map(|o| o.position.relative_count).sum(),
             recovered_after_frames: recovered_after(outcomes, right_m),

@@ -4,8 +4,10 @@ use super::disturbance::Disturbances;
 use super::outcome::FlyOutcome;
 use crate::trial::error::TrialError;
 use crate::trial::recorded_flight::{RecordedFlight, RecordedFrame, runs};
+use overfly_core::camera::Intrinsics;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
+use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
 use overfly_flight::navigate::{FlightImage, NavigateError, NavigateOptions, Navigator, SensorReading};
 use overfly_store::Reader;
@@ -58,12 +60,16 @@ impl FlyTrial<'_> {
         progress: &mut impl FnMut(&FlyOutcome),
     ) -> Result<Vec<FlyOutcome>, TrialError> {
         let clouded = self.disturbances.clouded(frames.len());
+        let tape = self.disturbances.tape(frames);
         let mut navigator: Option<Navigator> = None;
-        let mut outcomes = Vec::with_capacity(frames.len());
-        for (number, frame) in frames.iter().enumerate() {
+        let mut outcomes = Vec::with_capacity(tape.len());
+        for row in &tape {
+            let (number, frame) = (row.frame, &frames[row.frame]);
             let truth = self.truth(frame)?;
-            let gray = self.disturbances.seen(number, read_frame(&frame.path)?, &clouded);
-            let image = self.image(frame, gray);
+            let upper = row.upper_half.map(|i| self.seen(&frames[i]));
+            let gray = row.altered(self.seen(&frames[row.shown]), upper.as_ref());
+            let gray = self.disturbances.seen(number, gray, &clouded);
+            let image = self.image(&row.stated, gray);
             let failed = |cause| TrialError::Navigate { image: frame.image.clone(), cause };
             let position = match &mut navigator {
                 Some(navigator) => navigator.process_image(image).map_err(failed)?,
@@ -82,6 +88,12 @@ impl FlyTrial<'_> {
         Ok(outcomes)
     }
 
+    /// What the camera saw; black where the file cannot be read, because a flight goes on without an image.
+    fn seen(&self, frame: &RecordedFrame) -> Gray {
+        let Intrinsics { width_px, height_px, .. } = self.flight.camera;
+        read_frame(&frame.path).unwrap_or_else(|_| Gray::filled(width_px as usize, height_px as usize, 0.0))
+    }
+
     fn truth(&self, frame: &RecordedFrame) -> Result<Geodetic, TrialError> {
         frame.true_position.ok_or(TrialError::NoTruth { path: self.flight.path.clone(), line: frame.line })
     }
@@ -94,7 +106,7 @@ impl FlyTrial<'_> {
         Ok(LocalFrame::at(truth).geodetic_from_enu(off)?)
     }
 
-    fn image(&self, frame: &RecordedFrame, gray: overfly_core::pixels::Gray) -> FlightImage {
+    fn image(&self, frame: &RecordedFrame, gray: Gray) -> FlightImage {
         FlightImage {
             gray: Arc::new(gray),
             time_s: frame.time_s,

@@ -1,0 +1,173 @@
+//! `Hypotheses`: the filters of a flight, and which of them a fix updates.
+//!
+//! The camera gives fixes and odometry alike. A camera that shows old or other images gives fixes that agree with each other and
+//! with its odometry, and still are false. So a fix outside the gate does not move the position, however many agree with it,
+//! unless the aircraft can have come there from the last accepted fix by its speed and compass alone.
+
+use super::error::FilterError;
+use super::filter::{Gate, NavigationFilter};
+use super::measurements::{FixMeasurement, SensorReading, SensorSigmas};
+use super::time_update::TimeUpdate;
+use overfly_core::geodesy::{EnuCovariance, LocalFrame};
+
+/// Images with a motion that the aircraft can fly, after one that it cannot, until the position is no longer in doubt.
+const DOUBTFUL_IMAGES: u32 = 3;
+/// Fixes that must agree with each other before they end a doubt.
+const AGREEING_FIXES: u32 = 2;
+/// One standard deviation of an alternative filter's position before its first fix updates it, metres.
+const ALTERNATIVE_SIGMA_M: f64 = 1e4;
+
+/// The filters of a flight.
+#[derive(Debug, Clone)]
+pub struct Hypotheses {
+    /// By all measurements that do not contradict each other.
+    aided: NavigationFilter,
+    /// By velocity, compass and altimeter alone since the last accepted fix: dead reckoning without the camera.
+    unaided: NavigationFilter,
+    /// Starts at a fix outside the gate, or at the first after a doubt.
+    alternative: Option<Alternative>,
+    /// Whether a fix has been accepted; before, there is only the stated start.
+    has_fix: bool,
+    doubtful_images: u32,
+}
+
+#[derive(Debug, Clone)]
+struct Alternative {
+    filter: NavigationFilter,
+    /// Fixes that agree.
+    fixes: u32,
+}
+
+/// The time updates from one image to the next.
+#[derive(Debug, Clone)]
+pub struct ImageUpdate {
+    /// With the camera.
+    pub aided: TimeUpdate,
+    /// Without the camera.
+    pub unaided: TimeUpdate,
+    /// Whether the camera showed a motion that no aircraft can fly.
+    pub is_unflyable: bool,
+}
+
+impl Hypotheses {
+    /// Starts a flight.
+    pub fn new(start: NavigationFilter) -> Self {
+        Self { unaided: start.clone(), aided: start, alternative: None, has_fix: false, doubtful_images: 0 }
+    }
+
+    /// The filter that the navigator answers by.
+    pub fn filter(&self) -> &NavigationFilter {
+        &self.aided
+    }
+
+    /// The filter of dead reckoning without the camera.
+    pub fn unaided(&self) -> &NavigationFilter {
+        &self.unaided
+    }
+
+    /// The filter around which a fix is searched: what contradicts is confirmed or refuted first.
+    pub fn searched(&self) -> &NavigationFilter {
+        self.alternative.as_ref().map_or(&self.aided, |a| &a.filter)
+    }
+
+    /// Whether fixes contradict the filter.
+    pub fn is_contradicted(&self) -> bool {
+        self.alternative.is_some()
+    }
+
+    /// Whether the position is in doubt.
+    pub fn is_lost(&self) -> bool {
+        self.is_contradicted() || self.doubtful_images > 0
+    }
+
+    /// Covariance of the position: of the filter, and of the fixes that contradict it.
+    pub fn position_covariance(&self) -> EnuCovariance {
+        let EnuCovariance { ee_m2, en_m2, nn_m2 } = self.aided.position_covariance();
+        let Some(alternative) = &self.alternative else { return self.aided.position_covariance() };
+        let off = LocalFrame::at(self.aided.position()).enu_from_geodetic(alternative.filter.position());
+        EnuCovariance {
+            ee_m2: ee_m2 + off.east_m.powi(2),
+            en_m2: en_m2 + off.east_m * off.north_m,
+            nn_m2: nn_m2 + off.north_m.powi(2),
+        }
+    }
+
+    /// Continues from an earlier filter: the next update begins there.
+    pub fn go_back_to(&mut self, filter: NavigationFilter) {
+        self.aided = filter;
+    }
+
+    /// Carries all filters to the next image. While fixes contradict the filter, the camera is not believed.
+    ///
+    /// # Errors
+    /// As [`TimeUpdate::apply`].
+    pub fn predict(&mut self, update: &ImageUpdate, sensors: &SensorSigmas) -> Result<(), FilterError> {
+        update.unaided.apply(&mut self.unaided, sensors)?;
+        match &mut self.alternative {
+            Some(alternative) => {
+                update.aided.apply(&mut alternative.filter, sensors)?;
+                self.aided = self.unaided.clone();
+            }
+            None => update.aided.apply(&mut self.aided, sensors)?,
+        }
+        if update.is_unflyable {
+            self.doubtful_images = DOUBTFUL_IMAGES;
+        } else if matches!(update.aided, TimeUpdate::Odometry { .. }) {
+            self.doubtful_images = self.doubtful_images.saturating_sub(1);
+        }
+        Ok(())
+    }
+
+    /// Ends a contradiction that no further fix confirms; `false` where there is none.
+    pub fn drop_alternative(&mut self) -> bool {
+        let is_dropped = self.alternative.take().is_some();
+        if is_dropped {
+            self.doubtful_images = DOUBTFUL_IMAGES;
+        }
+        is_dropped
+    }
+
+    /// Updates the filter with a fix of this very image, and returns whether the fix is accepted. In doubt, two fixes have to agree
+    /// with each other and with dead reckoning. A fix outside the gate starts an alternative if it `is_sure`.
+    ///
+    /// # Errors
+    /// [`FilterError`] where covariances are singular.
+    pub fn update_fix(
+        &mut self,
+        fix: &FixMeasurement,
+        is_sure: bool,
+        reading: SensorReading,
+        sensors: &SensorSigmas,
+    ) -> Result<bool, FilterError> {
+        const GATE: Gate = Gate::ONE_IN_A_MILLION;
+        let is_reachable = !self.has_fix || self.unaided.fix_residual(fix, GATE)?.is_accepted;
+        if let Some(alternative) = &mut self.alternative
+            && alternative.filter.update_fix(fix, GATE)?.is_accepted
+        {
+            alternative.fixes += 1;
+            if alternative.fixes >= AGREEING_FIXES && is_reachable {
+                let filter = alternative.filter.clone();
+                self.accept(filter);
+                return Ok(true);
+            }
+            return Ok(false);
+        }
+        let was_lost = self.is_lost();
+        let mut updated = self.aided.clone();
+        if !was_lost && updated.update_fix(fix, GATE)?.is_accepted {
+            self.accept(updated);
+            return Ok(true);
+        }
+        if is_sure || was_lost && is_reachable {
+            let mut filter = NavigationFilter::new(fix.position, ALTERNATIVE_SIGMA_M, reading, sensors);
+            filter.update_fix(fix, Gate::OPEN)?;
+            self.alternative = Some(Alternative { filter, fixes: 1 });
+            self.aided = self.unaided.clone();
+        }
+        Ok(false)
+    }
+
+    fn accept(&mut self, filter: NavigationFilter) {
+        *self = Self { unaided: filter.clone(), aided: filter, alternative: None, has_fix: true, doubtful_images: 0 };
+    }
+}
