@@ -87,6 +87,11 @@ impl SearchArea {
         Self::between(zoom, [x_px - half_px, y_px - half_px], [x_px + half_px, y_px + half_px], None)
     }
 
+    /// Number of pixels of the area's rectangle.
+    pub fn places(&self) -> f64 {
+        self.width_px as f64 * self.height_px as f64
+    }
+
     /// Zoom of the level.
     pub fn zoom(&self) -> u8 {
         self.zoom

@@ -127,7 +127,7 @@ fn register<'a>(context: &SearchContext<'a>, frame: &'a Gray) -> Result<Registra
 fn search<'a>(context: &SearchContext<'a>, prepared: &PreparedFrame<'a>) -> Result<Search, LocateError> {
     let steps = SearchSteps::plan(context, prepared)?;
     let map = Map::new(context.store, context.layer);
-    let verifier = Verifier { map: &map, prepared, request: context.request };
+    let verifier = Verifier { map: &map, prepared, context };
     let (mut peaks, mut verdict) = (CoarsePeaks::default(), None);
     for step in 0..steps.len() {
         peaks = steps.search(step, peaks, context, &map, prepared)?;

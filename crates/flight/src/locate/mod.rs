@@ -27,6 +27,7 @@ mod prepare;
 mod refine;
 mod refusal;
 mod request;
+mod rivals;
 mod search_context;
 mod search_extent;
 mod search_region;

@@ -5,7 +5,6 @@ use super::frame_pyramid::{FramePyramid, structure_of};
 use super::map::{Map, PixelWindow};
 use overfly_core::camera::GroundView;
 use overfly_core::feature::Structure;
-use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
 use overfly_core::registration::windows::{WindowMatch, WindowOptions, match_windows};
 use overfly_core::tile::{Gsd, WorldPixel, gsd_at};
 use overfly_store::StoreError;
@@ -66,16 +65,6 @@ impl Observation {
     pub fn match_windows(&self, options: &WindowOptions) -> Vec<WindowMatch> {
         match_windows(&self.view_structure, &self.map_structure, [self.margin_px as isize; 2], options)
     }
-}
-
-/// The z-score of the whole view's correlation at a pose among places around it; 0 where it cannot be compared.
-///
-/// # Errors
-/// Where a tile cannot be read.
-pub fn peak_z_score_at(map: &Map<'_>, frame: &FramePyramid<'_>, pose: &CameraPose) -> Result<f64, StoreError> {
-    let observation = Observation::new(map, frame, pose, REACH_PX)?;
-    let found = observation.and_then(|o| peak_z_score(&o.view_structure, &o.map_structure, [REACH_PX; 2]));
-    Ok(found.unwrap_or(0.0))
 }
 
 /// A sixth of the frame's edge, a multiple of 8 from 16 to 48 pixels.

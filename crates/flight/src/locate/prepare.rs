@@ -32,6 +32,8 @@ pub struct PreparedFrame<'a> {
     pub levels: Levels,
     /// The level of the wide search, where the area is so large that one is made.
     pub cell_level: Option<CellLevel>,
+    /// The prior of the position, grown by what the attitude leaves open.
+    pub position: PositionPrior,
     /// The positions to search, at the coarse level.
     pub area: SearchArea,
     /// How far the frame reaches from its nadir, coarse pixels.
@@ -52,12 +54,12 @@ impl<'a> PreparedFrame<'a> {
     /// store fails.
     pub fn new(context: &SearchContext<'a>, frame: &'a Gray, camera: Camera) -> Result<Self, EarlyEnd> {
         let layer = context.layer;
-        let position = &searched_position(context.request, &camera);
+        let position = searched_position(context.request, &camera);
         let outside = |detail: &str| Refusal::new(Reason::OutsideMap, detail);
-        let centre = centre(position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
+        let centre = centre(&position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
         let levels = Levels::choose(&camera, layer, centre);
         let reach_px = checked_reach_px(&camera, gsd_at(centre, levels.coarse))?;
-        let area = SearchArea::new(position, layer, levels.coarse)
+        let area = SearchArea::new(&position, layer, levels.coarse)
             .and_then(|area| area.cut_to_layer(layer, reach_px))
             .ok_or_else(|| outside("the search region lies outside the layer"))?;
         let tiles_searched = count_tiles(context, &area, reach_px)?;
@@ -72,7 +74,7 @@ impl<'a> PreparedFrame<'a> {
         zooms.dedup();
         let mut frame = FramePyramid::new(frame, camera);
         frame.add_levels(zooms.into_iter().map(|zoom| (zoom, gsd_at(centre, zoom))));
-        Ok(Self { frame, centre, levels, cell_level, area, reach_px, hypotheses, extent, tiles_searched })
+        Ok(Self { frame, centre, levels, cell_level, position, area, reach_px, hypotheses, extent, tiles_searched })
     }
 }
 

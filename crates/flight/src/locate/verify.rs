@@ -2,15 +2,18 @@
 
 use super::answer::Reason;
 use super::coarse_peaks::CoarsePeaks;
+use super::error::LocateError;
 use super::map::Map;
-use super::observation::peak_z_score_at;
+use super::observation::Observation;
 use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
 use super::refine::RefinedPlace;
 use super::refusal::Refusal;
-use super::request::FixRequest;
+use super::rivals::{LEAST_T_SCORE, RivalSearch, near_maxima};
+use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
+use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
 use overfly_store::StoreError;
 
 /// A fix is accepted where less than one false alarm is expected in 10^6 searches of its size.
@@ -45,6 +48,8 @@ pub struct VerifiedPlace {
     pub refined: RefinedPlace,
     /// z-score of the whole view's correlation peak.
     pub peak_z_score: f64,
+    /// Offsets of the places around that the view fits almost as well, pixels.
+    pub near_rivals_px: Vec<[f64; 2]>,
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
     /// windows, which at a wrong place are almost independent.
     pub log10_false_alarms: f64,
@@ -69,7 +74,7 @@ pub struct Verifier<'a> {
     /// The frame.
     pub prepared: &'a PreparedFrame<'a>,
     /// The request, whose scale and heading a fix must not contradict.
-    pub request: &'a FixRequest,
+    pub context: &'a SearchContext<'a>,
 }
 
 impl Verifier<'_> {
@@ -77,7 +82,7 @@ impl Verifier<'_> {
     ///
     /// # Errors
     /// Where a tile cannot be read.
-    pub fn verify(&self, coarse: &CoarsePeaks, refined: Vec<RefinedPlace>) -> Result<Verdict, StoreError> {
+    pub fn verify(&self, coarse: &CoarsePeaks, refined: Vec<RefinedPlace>) -> Result<Verdict, LocateError> {
         let (hopeless, mut hopeful): (Vec<_>, Vec<_>) = refined.into_iter().partition(RefinedPlace::is_hopeless);
         hopeful.sort_by(|a, b| a.log10_window_false_alarms.total_cmp(&b.log10_window_false_alarms));
         let mut unverified = hopeful.split_off(VERIFIED_PLACES.min(hopeful.len()));
@@ -98,7 +103,10 @@ impl Verifier<'_> {
                 (Some(refusal), Some(coarse.z_score(peak.statistic)), least_hopeless)
             }
             (Some(_), Some(best)) => {
-                let refusal = self.refusal(best, places.get(1));
+                let refusal = match self.refusal(best, places.get(1)) {
+                    Some(refusal) => Some(refusal),
+                    None => self.ambiguity(best, coarse)?,
+                };
                 (refusal, Some(best.peak_z_score), Some(best.log10_false_alarms))
             }
         };
@@ -106,10 +114,13 @@ impl Verifier<'_> {
     }
 
     fn verified(&self, coarse: &CoarsePeaks, refined: RefinedPlace) -> Result<VerifiedPlace, StoreError> {
-        let peak_z_score = peak_z_score_at(self.map, &self.prepared.frame, &refined.pose)?;
+        let observation = Observation::new(self.map, &self.prepared.frame, &refined.pose, REACH_PX)?;
+        let z_score = |o: &Observation| peak_z_score(&o.view_structure, &o.map_structure, [REACH_PX; 2]);
+        let peak_z_score = observation.as_ref().and_then(z_score).unwrap_or(0.0);
+        let near_rivals_px = observation.as_ref().map(near_maxima).unwrap_or_default();
         let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
         let log10_false_alarms = by_chance + refined.log10_window_false_alarms;
-        Ok(VerifiedPlace { refined, peak_z_score, log10_false_alarms })
+        Ok(VerifiedPlace { refined, peak_z_score, near_rivals_px, log10_false_alarms })
     }
 
     /// Why the best place is not a fix; `None` where it is.
@@ -136,7 +147,7 @@ impl Verifier<'_> {
     }
 
     fn contradicted_attitude(&self, best: &RefinedPlace) -> Option<Refusal> {
-        let tilt = TiltFound::new(best, &self.request.view, self.prepared.frame.camera())?;
+        let tilt = TiltFound::new(best, &self.context.request.view, self.prepared.frame.camera())?;
         tilt.contradicts().then(|| {
             let [pitch_deg, roll_deg] = tilt.off_rad.map(f64::to_degrees);
             let detail = format!(
@@ -148,9 +159,22 @@ impl Verifier<'_> {
         })
     }
 
+    /// Why the best place cannot be told from another, though nothing else speaks against it; `None` where it can.
+    fn ambiguity(&self, best: &VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
+        let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
+        let report = search.compare(&best.refined.pose, &best.near_rivals_px, best.peak_z_score, coarse)?;
+        Ok(report.ambiguity().map(|rival| {
+            let detail = format!(
+                "another place fits almost as well: this one is better by {:.1} standard errors, {LEAST_T_SCORE} needed",
+                rival.difference.t_score()
+            );
+            Refusal::new(Reason::Ambiguous, detail)
+        }))
+    }
+
     fn inconsistency(&self, best: &RefinedPlace) -> Option<Refusal> {
         let off = best.pose.height_ratio.ln().abs();
-        let bound = 4.0 * self.request.scale_sigma_ratio + 0.02;
+        let bound = 4.0 * self.context.request.scale_sigma_ratio + 0.02;
         if off > bound {
             let ratio = best.pose.height_ratio;
             let detail =
@@ -160,7 +184,7 @@ impl Verifier<'_> {
         if let Some(refusal) = self.contradicted_attitude(best) {
             return Some(refusal);
         }
-        let prior = self.request.heading?;
+        let prior = self.context.request.heading?;
         let turn = wrap_turn_rad(best.pose.heading_rad - prior.heading_rad);
         let bound = 4.0 * prior.sigma_rad + 2f64.to_radians();
         (turn.abs() > bound).then(|| {
