@@ -200,7 +200,8 @@ fn overfly(args: &[&str]) {
 fn scored(db: &Path, flight: &Path, results: &Path) -> Vec<Vec<String>> {
     let text = |path: &Path| path.to_str().unwrap().to_owned();
     let (db, flight, out) = (text(db), text(flight), text(results));
-    overfly(&["evaluate", "fixes", "--db", &db, "--flight", &flight, "--prior-error-m", "100", "--out", &out]);
+    let fixes = ["evaluate", "fixes", "--db", &db, "--flight", &flight, "--attitude-sigma-deg", "0"];
+    overfly(&[&fixes[..], &["--prior-error-m", "100", "--out", &out]].concat());
     let mut csv = csv::Reader::from_path(results.join("fixes.csv")).unwrap();
     let elapsed = csv.headers().unwrap().iter().position(|h| h == "elapsed_ms").unwrap();
     let row = |r: csv::StringRecord| {

@@ -2,12 +2,17 @@
 
 use super::needs::real_data;
 use overfly_core::camera::{Attitude, Intrinsics, View};
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
-use overfly_flight::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, Reason, locate};
+use overfly_flight::locate::{
+    Answer, FixRequest, HeadingPrior, LocateError, PositionOf, PositionPrior, Reason, locate,
+};
 use overfly_lab::trial::bands::{count_band, nees_band};
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, RecordedFlight, TruthPoint};
+use overfly_lab::trial::{
+    DisturbanceKind, DisturbanceScore, DisturbedOutcome, DisturbedTrial, FixOutcome, FixScore, FixTrial,
+    RecordedFlight, TruthPoint,
+};
 use overfly_store::Reader;
 use overfly_testkit::drawn::{built, drawn_store as drawn, project};
 use std::path::Path;
@@ -25,8 +30,9 @@ fn trial() -> FixTrial {
     }
 }
 
+/// The score of a flight whose attitude is exact.
 fn score(trial: &FixTrial, store: &Reader, flight: &Path, right_m: f64) -> (FixScore, Vec<FixOutcome>) {
-    let flight = RecordedFlight::read(flight).unwrap();
+    let flight = RecordedFlight::read(flight).unwrap().with_attitude_sigma_rad(0.0);
     let outcomes = trial.run(store, &flight, |_| {}).unwrap();
     (FixScore::from_outcomes(&outcomes, right_m, 2), outcomes)
 }
@@ -155,6 +161,66 @@ fn a_camera_that_sees_the_horizon_gives_no_fix() {
     };
     let answer = locate(drawn(), &frame, &FixRequest { view, ..request }, 2).unwrap();
     assert!(matches!(&answer, Answer::NoFix(n) if n.reason == Reason::HorizonInView), "{answer:?}");
+}
+
+#[test]
+fn the_nadir_carries_the_attitude_and_the_centre_does_not() {
+    let (frame, request) = drawn_frame(3);
+    let View::Posed { intrinsics, height_agl_m, attitude } = &request.view else { panic!("a pose") };
+    let located = |sigma_deg: f64| {
+        let attitude = Attitude { sigma_rad: sigma_deg.to_radians(), ..*attitude };
+        let view = View::Posed { intrinsics: intrinsics.clone(), height_agl_m: *height_agl_m, attitude };
+        match locate(drawn(), &frame, &FixRequest { view, ..request.clone() }, 2).unwrap() {
+            Answer::Fix(fix) => fix,
+            Answer::NoFix(no_fix) => panic!("{no_fix:?}"),
+        }
+    };
+    let (exact, unsure) = (located(0.0), located(5.0));
+    let axes = |covariance: EnuCovariance| covariance.ellipse().semi_minor_m;
+    // Five degrees at about 520 m.
+    assert!(axes(exact.covariance) < 3.0 && (40.0..60.0).contains(&axes(unsure.covariance)), "{unsure:?}");
+    assert!(axes(unsure.image_centre_covariance) < 3.0, "{unsure:?}");
+    assert_eq!((exact.position_of, unsure.attitude_sigma_rad), (PositionOf::Nadir, Some(5f64.to_radians())));
+}
+
+#[test]
+fn without_a_height_the_answer_is_the_image_centre() {
+    let (frame, request) = drawn_frame(3);
+    let view = View::Nadir { gsd_m_per_px: 520.0 / 400.0 };
+    let Answer::Fix(fix) =
+        locate(drawn(), &frame, &FixRequest { view, scale_sigma_ratio: 0.05, ..request }, 2).unwrap()
+    else {
+        panic!("no fix")
+    };
+    assert_eq!((fix.position_of, fix.attitude_sigma_rad), (PositionOf::ImageCentre, None));
+    assert_eq!((fix.position, fix.covariance), (fix.image_centre, fix.image_centre_covariance));
+}
+
+/// Disturbed frames of the drawn flight.
+fn disturbed(kinds: &[DisturbanceKind], frames: usize, threads: usize) -> Vec<DisturbedOutcome> {
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
+    let trial = DisturbedTrial { fixes: FixTrial { threads, ..trial() }, kinds: kinds.to_vec(), frames };
+    trial.run(drawn(), &flight, || {}).unwrap()
+}
+
+#[test]
+fn an_unstated_tilt_is_inside_the_ellipse_or_refused() {
+    let kinds = [DisturbanceKind::Tilt, DisturbanceKind::Distortion];
+    let outcomes = disturbed(&kinds, 24, 2);
+    let score = DisturbanceScore::from_outcomes(&outcomes, &kinds, 5.0);
+    assert_eq!((score.total.frames, score.total.wrong), (48, 0), "{score:?}");
+    assert_eq!((score.total.outside999_nadir, score.total.outside999_centre), (0, 0), "{score:?}");
+    // Tilts of up to 5 degrees, four of six, are one standard deviation: they are located.
+    assert!(score.by_kind[0].fixes >= 12, "{score:?}");
+    let of_20_degrees = outcomes.iter().filter(|o| o.kind == DisturbanceKind::Tilt && o.size == 20.0);
+    assert!(of_20_degrees.into_iter().all(|o| matches!(o.answer, Answer::NoFix(_))));
+}
+
+#[test]
+fn disturbed_frames_are_the_same_whatever_the_threads() {
+    let kinds = [DisturbanceKind::Noise, DisturbanceKind::Clouds];
+    let [one, three] = [1, 3].map(|threads| disturbed(&kinds, 3, threads));
+    assert!(one.iter().zip(&three).all(|(a, b)| a.answer == b.answer && a.size == b.size));
 }
 
 #[test]

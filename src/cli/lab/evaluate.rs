@@ -1,6 +1,7 @@
 //! `overfly evaluate`: registration scored against truth.
 
 mod cost;
+mod disturbed;
 mod fixes;
 mod motions;
 mod negatives;

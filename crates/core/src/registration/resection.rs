@@ -47,8 +47,8 @@ pub struct ResectionStart<'a> {
     pub inliers: &'a [usize],
     /// Prior standard deviations of the rest.
     pub priors: DeviationSigmas,
-    /// A correspondence agrees where its residual is at most this, px.
-    pub tolerance_px: f64,
+    /// Correspondences were searched this far around their expected place, px.
+    pub radius_px: f64,
 }
 
 /// Prior standard deviations of a camera's deviation.
@@ -81,21 +81,26 @@ pub struct Resection {
     pub log_height_variance: f64,
     /// Covariance of pitch and roll, rad^2.
     pub tilt_covariance_rad2: Matrix2<f64>,
-    /// The correspondences that agree.
-    pub inliers: Vec<usize>,
-    /// Root mean square residual per axis of those, px.
+    /// Number of correspondences that agree: the sum of their probabilities to be right.
+    pub agreeing: f64,
+    /// Root mean square residual per axis of right ones, px.
     pub rms_px: f64,
 }
 
 /// Most rounds of least squares.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 40;
 /// Fewer agreeing correspondences determine no camera.
 const MIN_INLIERS: usize = 4;
 /// Prior standard deviations of turn, radians, and of the logarithm of the height, about the start.
 const TURN_SIGMA_RAD: f64 = 0.07;
 const LOG_HEIGHT_SIGMA: f64 = 0.06;
-/// The rounds end where no parameter moves by more than this many of its standard deviations.
-const CONVERGED_SIGMAS: f64 = 1e-4;
+/// The rounds end where no parameter moves by more than this many of its standard deviations, and no probability by more than this.
+const CONVERGED: f64 = 1e-3;
+/// Bounds on the share of right and of wrong correspondences.
+const LEAST_SHARE: f64 = 0.02;
+/// Bounds on the scatter per axis of right correspondences, px.
+const LEAST_SCATTER_PX: f64 = 0.1;
+const MOST_SCATTER_PX: f64 = 3.0;
 /// Steps of the numerical derivatives.
 const STEP: f64 = 1e-5;
 
@@ -131,33 +136,34 @@ impl<'a> Resecting<'a> {
         (start.inliers.len() >= MIN_INLIERS).then_some(Self { correspondences, start, rays, centre_ray, mean_square })
     }
 
+    /// Expectation maximisation: the correspondences are a mixture of right ones, normally distributed about their predictions, and
+    /// wrong ones, anywhere in the searched square.
     fn run(&self) -> Option<Resection> {
         let mut at = Parameters::zeros();
         (at[0], at[1]) = (self.start.image_centre_px.x, self.start.image_centre_px.y);
-        let mut inliers = self.start.inliers.to_vec();
-        let mut unit_variance = self.unit_variance(&at, &inliers, 4.0)?;
-        let mut cofactor = ParameterMatrix::identity();
+        let mut weights = vec![0.0; self.correspondences.len()];
+        self.start.inliers.iter().for_each(|&i| weights[i] = 1.0);
+        let mut unit_variance = self.unit_variance(&at, &weights, 4.0)?;
+        let (mut cofactor, mut variance_px2) = (ParameterMatrix::identity(), 1.0);
         for _ in 0..ROUNDS {
-            let Normal { data, right } = self.normal(&at, &inliers)?;
+            let Normal { data, right } = self.normal(&at, &weights)?;
             cofactor = (data / unit_variance + self.prior_information()).try_inverse()?;
             let step = cofactor * (right / unit_variance - self.prior_information() * self.from_prior(&at));
             at += step;
-            let agreeing = self.agreeing(&at);
-            if agreeing.len() < MIN_INLIERS {
+            let determined = (cofactor * data / unit_variance).trace();
+            variance_px2 = self.variance_px2(&at, &weights, determined)?;
+            let renewed = self.weights(&at, variance_px2, &weights);
+            if renewed.iter().sum::<f64>() < MIN_INLIERS as f64 {
                 return None;
             }
-            let determined = (cofactor * data / unit_variance).trace();
-            unit_variance = self.unit_variance(&at, &agreeing, determined)?;
+            let changed = weights.iter().zip(&renewed).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            weights = renewed;
+            unit_variance = self.unit_variance(&at, &weights, determined)?;
             let largest = (0..PARAMETERS).map(|i| step[i].abs() / cofactor[(i, i)].sqrt()).fold(0.0, f64::max);
-            let is_done = agreeing == inliers && largest < CONVERGED_SIGMAS;
-            inliers = agreeing;
-            if is_done {
+            if changed < CONVERGED && largest < CONVERGED {
                 break;
             }
         }
-        let rms_px = (inliers.iter().filter_map(|&i| self.residual(i, &at)).map(|r| r.norm_squared()).sum::<f64>()
-            / (2 * inliers.len()) as f64)
-            .sqrt();
         Some(Resection {
             image_centre_px: Vector2::new(at[0], at[1]),
             image_centre_covariance_px2: cofactor.fixed_view::<2, 2>(0, 0).into_owned(),
@@ -166,8 +172,8 @@ impl<'a> Resecting<'a> {
             deviation: self.deviation(&at),
             log_height_variance: cofactor[(3, 3)],
             tilt_covariance_rad2: cofactor.fixed_view::<2, 2>(TILT, TILT).into_owned(),
-            inliers,
-            rms_px,
+            agreeing: weights.iter().sum(),
+            rms_px: variance_px2.sqrt(),
         })
     }
 
@@ -210,14 +216,30 @@ impl<'a> Resecting<'a> {
         Some(self.correspondences[index].map_px - self.predicted(self.rays[index], at)?)
     }
 
-    fn agreeing(&self, at: &Parameters) -> Vec<usize> {
-        let agrees = |&i: &usize| self.residual(i, at).is_some_and(|r| r.norm() <= self.start.tolerance_px);
-        (0..self.correspondences.len()).filter(agrees).collect()
+    /// The probability of each correspondence to be a right one, where right ones have a variance per axis of `variance_px2`.
+    fn weights(&self, at: &Parameters, variance_px2: f64, before: &[f64]) -> Vec<f64> {
+        let share = (before.iter().sum::<f64>() / before.len() as f64).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+        let wrong = (1.0 - share) / (2.0 * self.start.radius_px).powi(2);
+        let right = |residual: Vector2<f64>| {
+            share * (-residual.norm_squared() / (2.0 * variance_px2)).exp() / (std::f64::consts::TAU * variance_px2)
+        };
+        let weight = |i| self.residual(i, at).map_or(0.0, |r| right(r) / (right(r) + wrong));
+        (0..before.len()).map(weight).collect()
     }
 
-    fn normal(&self, at: &Parameters, inliers: &[usize]) -> Option<Normal> {
+    /// The variance per axis of right correspondences, px^2, where `determined` parameters were fitted.
+    fn variance_px2(&self, at: &Parameters, weights: &[f64], determined: f64) -> Option<f64> {
+        let mut sum = 0.0;
+        for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            sum += weight * self.residual(i, at)?.norm_squared();
+        }
+        let freedom = (2.0 * weights.iter().sum::<f64>() - determined).max(1.0);
+        Some((sum / freedom).clamp(LEAST_SCATTER_PX.powi(2), MOST_SCATTER_PX.powi(2)))
+    }
+
+    fn normal(&self, at: &Parameters, weights: &[f64]) -> Option<Normal> {
         let mut normal = Normal { data: ParameterMatrix::zeros(), right: Parameters::zeros() };
-        for &i in inliers {
+        for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let residual = self.residual(i, at)?;
             let mut design = SMatrix::<f64, 2, PARAMETERS>::zeros();
             for parameter in 0..PARAMETERS {
@@ -226,7 +248,7 @@ impl<'a> Resecting<'a> {
                 let slope = (residual - self.residual(i, &moved)?) / STEP;
                 design.set_column(parameter, &slope);
             }
-            let information = self.correspondences[i].information;
+            let information = self.correspondences[i].information * *weight;
             normal.data += design.transpose() * information * design;
             normal.right += design.transpose() * information * residual;
         }
@@ -234,13 +256,13 @@ impl<'a> Resecting<'a> {
     }
 
     /// The variance of an observation of information 1, where `determined` parameters were fitted.
-    fn unit_variance(&self, at: &Parameters, inliers: &[usize], determined: f64) -> Option<f64> {
+    fn unit_variance(&self, at: &Parameters, weights: &[f64], determined: f64) -> Option<f64> {
         let mut sum = 0.0;
-        for &i in inliers {
+        for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let residual = self.residual(i, at)?;
-            sum += residual.dot(&(self.correspondences[i].information * residual));
+            sum += weight * residual.dot(&(self.correspondences[i].information * residual));
         }
-        let freedom = ((2 * inliers.len()) as f64 - determined).max(1.0);
+        let freedom = (2.0 * weights.iter().sum::<f64>() - determined).max(1.0);
         Some((sum / freedom).max(f64::MIN_POSITIVE.sqrt()))
     }
 }
@@ -297,7 +319,7 @@ mod tests {
             height_ratio: 1.0,
             inliers: &middle,
             priors: DeviationSigmas { tilt_rad: tilt_deg.to_radians(), aspect: 0.02, shear: 0.02, radial: 0.1 },
-            tolerance_px: 1.25,
+            radius_px: 8.0,
         };
         resect(correspondences, &start).unwrap()
     }
@@ -314,7 +336,7 @@ mod tests {
             let deviation =
                 CameraDeviation { pitch_rad, roll_rad, aspect, shear, radial, ..CameraDeviation::default() };
             let found = resected(&seen(&deviation, 0.05), 10.0);
-            assert_eq!(found.inliers.len(), 24, "{deviation:?}");
+            assert!(found.agreeing > 22.0, "{} {deviation:?}", found.agreeing);
             let off = found.image_centre_px - Vector2::new(7.0, -3.0);
             let covariance = found.image_centre_covariance_px2;
             assert!(
@@ -327,6 +349,20 @@ mod tests {
             assert!((d.aspect - aspect).abs() < 0.01 && (d.shear - shear).abs() < 0.01, "{d:?}");
             assert!((d.radial - radial).abs() < 0.05, "{d:?}");
         }
+    }
+
+    #[test]
+    fn wrong_correspondences_move_little_and_scattered_ones_widen_the_covariance() {
+        let mut some_wrong = seen(&CameraDeviation::default(), 0.05);
+        for (k, i) in [0usize, 5, 11, 17, 20, 23].into_iter().enumerate() {
+            some_wrong[i].map_px += Vector2::new(5.0 - k as f64, -4.0 + k as f64);
+        }
+        let found = resected(&some_wrong, 5.0);
+        assert!((found.image_centre_px - Vector2::new(7.0, -3.0)).norm() < 0.2 && found.agreeing < 19.0, "{found:?}");
+        // Windows that scatter by two pixels are not as good as the few of them that agree within one.
+        let scattered = resected(&seen(&CameraDeviation::default(), 3.5), 5.0);
+        let sigma_px = (scattered.image_centre_covariance_px2.trace() / 2.0).sqrt();
+        assert!(scattered.rms_px > 1.2 && sigma_px > 0.3, "{scattered:?}");
     }
 
     #[test]

@@ -26,8 +26,9 @@ const RADIAL_SIGMA: f64 = 0.1;
 /// The tilt that is compared with the stated attitude is measured under a prior this wide, degrees: by the windows alone.
 const OPEN_TILT_SIGMA_DEG: f64 = 20.0;
 /// A tilt further than this from the stated attitude, in standard deviations of both, contradicts it. Of right attitudes
-/// exp(-3.5^2 / 2), 0.2 %, are refused. The 99.9 % ellipse of a nadir reaches to 3.7 standard deviations of the attitude.
-const MAX_TILT_SIGMAS: f64 = 3.5;
+/// exp(-3.2^2 / 2), 0.6 %, are refused. The 99.9 % ellipse of a nadir reaches to 3.7 standard deviations of the attitude: an
+/// attitude further off must be refused although the windows measure it only to some degrees.
+const MAX_TILT_SIGMAS: f64 = 3.2;
 
 /// What the windows of a place measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,7 +84,7 @@ impl PlaceEstimate {
     }
 
     fn from_resection(place: &RefinedPlace, found: &Resection) -> Self {
-        let factor = variance_factor(found.inliers.len());
+        let factor = variance_factor(found.agreeing);
         Self {
             image_centre: world_pixel(place, found.image_centre_px),
             zoom: place.pose.zoom,
@@ -99,7 +100,7 @@ impl PlaceEstimate {
     /// The estimate of the similarity alone. `image_centre_px` is where the view shows the image's centre, from its nadir.
     fn from_similarity(place: &RefinedPlace, image_centre_px: Vector2<f64>) -> Self {
         let fit = &place.fit;
-        let factor = variance_factor(fit.inliers.len());
+        let factor = variance_factor(fit.inliers.len() as f64);
         Self {
             image_centre: world_pixel(place, fit.map_from_view.apply(image_centre_px)),
             zoom: place.pose.zoom,
@@ -121,14 +122,14 @@ impl TiltFound {
         let off = Vector2::new(found.deviation.pitch_rad, found.deviation.roll_rad);
         let known_rad2 = attitude.sigma_rad.powi(2) + SLOPE_SIGMA_DEG.to_radians().powi(2);
         let covariance =
-            found.tilt_covariance_rad2 * variance_factor(found.inliers.len()) + Matrix2::identity() * known_rad2;
+            found.tilt_covariance_rad2 * variance_factor(found.agreeing) + Matrix2::identity() * known_rad2;
         let sigmas = off.dot(&(covariance.try_inverse()? * off)).sqrt();
         Some(Self { off_rad: [off.x, off.y], sigmas })
     }
 }
 
-fn variance_factor(windows: usize) -> f64 {
-    VARIANCE_FACTOR * (1.0 + FEW_WINDOWS / (2 * windows).max(1) as f64)
+fn variance_factor(windows: f64) -> f64 {
+    VARIANCE_FACTOR * (1.0 + FEW_WINDOWS / (2.0 * windows).max(1.0))
 }
 
 /// A place in pixels from the nadir from which the last pass started, as a pixel of the world.
@@ -192,7 +193,7 @@ impl<'a> PlacedWindows<'a> {
             height_ratio: self.place.pose.height_ratio,
             inliers: &self.inliers,
             priors: DeviationSigmas { tilt_rad, aspect: ASPECT_SIGMA, shear: SHEAR_SIGMA, radial: RADIAL_SIGMA },
-            tolerance_px: self.place.last_pass.0.tolerance_px,
+            radius_px: self.place.last_pass.0.radius_px as f64,
         };
         resect(&self.correspondences, &start)
     }

@@ -75,7 +75,7 @@ pub struct FixOutcome {
 }
 
 impl FixTrial {
-    fn check(&self) -> Result<(), TrialError> {
+    pub(super) fn check(&self) -> Result<(), TrialError> {
         let positive = |name, value: f64, expected| {
             if value.is_finite() && value > 0.0 { Ok(()) } else { Err(TrialError::Option { name, value, expected }) }
         };

@@ -9,6 +9,7 @@ mod calibration;
 mod camera_file;
 mod cost;
 mod csv_file;
+mod disturb;
 mod drift_curve;
 mod error;
 mod experiment;
@@ -35,6 +36,10 @@ pub mod simulation;
 pub use calibration::{Calibrated, calibration_toml};
 pub use camera_file::read_camera;
 pub use cost::{Cost, CostStep, CostTrial, write_cost};
+pub use disturb::{
+    DisturbanceKind, DisturbanceScore, DisturbedErrors, DisturbedFrame, DisturbedKindScore, DisturbedOutcome,
+    DisturbedTrial, SourceFrame, write_disturbed,
+};
 pub use drift_curve::{DRIFT_BOUND_PX, DriftBin, DriftCurve, Estimator, MatchesNeeded};
 pub use error::TrialError;
 pub use experiment::{Experiment, OverlapRow, PaperFigures, Shape, images_csv};

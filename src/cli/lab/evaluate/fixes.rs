@@ -1,5 +1,6 @@
 //! `overfly evaluate fixes`: absolute registration scored against truth.
 
+use super::disturbed::{self, DisturbanceKinds};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
@@ -22,6 +23,9 @@ pitch_deg and roll_deg may be absent or empty: then they are unknown. attitude_s
 in flight.csv or in camera.toml; --attitude-sigma-deg overrides both.
 
 A fix is right if it lies within --right-m of the truth, and false otherwise. No fix is neither right nor false.
+
+--disturb alters the frames first: another tilt, lens, exposure, weather, damage by a link, ... The truth of nadir and image's centre
+stays exact. Such a fix is right if its image's centre lies within --right-m or inside its own 99.99 % ellipse, and false otherwise.
 
 Example:
   overfly evaluate fixes --db map.gpkg --flight flights/0716 --prior-error-m 300 --out scored";
@@ -56,7 +60,13 @@ pub struct Args {
     /// The point of the ground that the true columns are, and at which fixes are judged.
     #[arg(long, value_enum, default_value_t = TruthArg::Nadir)]
     truth: TruthArg,
-    /// Threads of each search.
+    /// Locate disturbed frames instead, and score them by kind: `all`, or kinds separated by commas.
+    #[arg(long, value_name = "KIND,...", conflicts_with = "truth")]
+    disturb: Option<DisturbanceKinds>,
+    /// Frames of each kind of disturbance.
+    #[arg(long, value_name = "N", default_value_t = 100, requires = "disturb")]
+    disturb_frames: usize,
+    /// Threads of each search; with --disturb, frames at a time.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
     /// Write fixes.csv here: one row per frame, from which the score can be recomputed.
@@ -112,6 +122,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         threads: args.threads.get(),
     };
     args.out.as_deref().map_or(Ok(()), make_folder)?;
+    if let Some(kinds) = &args.disturb {
+        let judged = (right_m, args.out.as_deref());
+        disturbed::run(trial, kinds, args.disturb_frames, (&store, &flight), judged, output)?;
+        return Ok(Exit::Done);
+    }
     let bar = output.progress(flight.frames.len() as u64, "frames");
     let outcomes = trial.run(&store, &flight, |outcome| {
         bar.inc(1);
