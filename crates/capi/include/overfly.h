@@ -16,6 +16,14 @@ typedef enum {
     OVERFLY_FAILED = 2,
 } overfly_status;
 
+// Which point of the ground the position of a fix is.
+typedef enum {
+    // The point straight below the camera.
+    OVERFLY_NADIR = 0,
+    // The point at the centre of the image: no height is known.
+    OVERFLY_IMAGE_CENTRE = 1,
+} overfly_position_of;
+
 // A gray camera frame.
 typedef struct overfly_frame overfly_frame;
 
@@ -57,10 +65,12 @@ typedef struct {
     const overfly_camera *camera;
     // Height of the camera above ground, metres.
     double height_m;
-    // Angle of the camera off nadir, degrees, positive ahead (0 at first).
+    // Angle of the camera off nadir, degrees, positive ahead; NaN: unknown.
     double pitch_deg;
-    // Angle of the camera off nadir, degrees, positive left (0 at first).
+    // Angle of the camera off nadir, degrees, positive left; NaN: unknown.
     double roll_deg;
+    // One standard deviation of pitch and of roll, degrees; NaN: 2 where both are stated, else 5.
+    double attitude_sigma_deg;
     // One standard deviation of the height or the ground sample distance, as a ratio of it (0.03 at first).
     double scale_sigma_ratio;
     // Threads to search with (1 at first). The answer does not depend on it.
@@ -69,7 +79,7 @@ typedef struct {
 
 // Where the camera was.
 typedef struct {
-    // Latitude of the point straight below the camera, degrees.
+    // Latitude of the point that `position_of` names, degrees.
     double latitude_deg;
     // Longitude of that point, degrees.
     double longitude_deg;
@@ -79,6 +89,18 @@ typedef struct {
     double covariance_en_m2;
     // Variance of the position towards north, m^2.
     double covariance_nn_m2;
+    // The point that position and covariance are of.
+    overfly_position_of position_of;
+    // Latitude of the ground at the centre of the image, degrees.
+    double image_centre_latitude_deg;
+    // Longitude of that ground, degrees.
+    double image_centre_longitude_deg;
+    // Variance of that ground's position towards east, m^2.
+    double image_centre_covariance_ee_m2;
+    // Covariance of east and north, m^2.
+    double image_centre_covariance_en_m2;
+    // Variance towards north, m^2.
+    double image_centre_covariance_nn_m2;
     // Direction of the upper edge of the image, degrees clockwise from true north, [0, 360).
     double heading_deg;
     // One standard deviation of the heading, degrees.
