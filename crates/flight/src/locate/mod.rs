@@ -48,4 +48,5 @@ pub use map::PixelWindow;
 pub use observation::Observation;
 pub use parameters::{FixParameters, ViewParameters};
 pub use request::{FixRequest, HeadingPrior, PositionPrior};
+pub use search_region::attitude_reach_m;
 pub use trace::{Decision, Trace, TracedPeak, TracedPlace, TracedSurface, TracedWindows};

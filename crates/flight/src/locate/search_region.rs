@@ -25,10 +25,15 @@ pub fn searched_position(request: &FixRequest, camera: &Camera) -> PositionPrior
             PositionPrior::Gaussian { centre, sigma_east_m: east_m, sigma_north_m: north_m, correlation }
         }
         PositionPrior::Square { centre, half_width_m } => {
-            PositionPrior::Square { centre, half_width_m: half_width_m + REACH_SIGMAS * displaced_m }
+            PositionPrior::Square { centre, half_width_m: half_width_m + attitude_reach_m(&request.view, camera) }
         }
         PositionPrior::WholeLayer => PositionPrior::WholeLayer,
     }
+}
+
+/// How far beyond its prior a search reaches because pitch and roll may be off, metres.
+pub fn attitude_reach_m(view: &View, camera: &Camera) -> f64 {
+    REACH_SIGMAS * displacement_sigma_m(view, camera)
 }
 
 /// The largest displacement of the ground under the image's centre, over all directions of tilt, by one standard deviation of the

@@ -14,6 +14,7 @@ use overfly_core::camera::{Camera, CameraError};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
+use overfly_flight::locate::attitude_reach_m;
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -208,13 +209,13 @@ impl<'a> NegativeRunner<'a> {
         Ok(prior.map(|p| (p, self.ground.shared_m2(p, half_width_m))))
     }
 
-    /// Greatest distance from the nadir of ground that the frame shows, metres.
+    /// Greatest distance from the nadir of ground that the frame shows, and how far the search reaches beyond its prior, metres.
     fn reach_m(&self, frame: &RecordedFrame, gray: &Gray) -> Result<f64, TrialError> {
         let view = frame.view(&self.flight.camera);
         let camera =
             Camera::new(&view, gray.width_px() as u32, gray.height_px() as u32).map_err(|e| unusable(frame, e))?;
         let corners = camera.footprint_in_body().unwrap_or_default();
-        Ok(corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max))
+        Ok(corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max) + attitude_reach_m(&view, &camera))
     }
 
     /// The altered or drawn frame.
