@@ -3,7 +3,7 @@
 use super::answer::{Answer, Fix, NoFix, PositionOf, Reason};
 use super::area::extent_m;
 use super::fix_covariance::FixCovariances;
-use super::place_estimate::PlaceEstimate;
+use super::place_estimate::{PlaceEstimate, TiltFound};
 use super::refusal::Refusal;
 use super::search_context::SearchContext;
 use super::search_region::searched_position;
@@ -88,13 +88,14 @@ fn fix(
 ) -> Result<Option<Fix>, StoreError> {
     let view = &context.request.view;
     let estimate = PlaceEstimate::new(&place.refined, view, camera);
+    let tilt = TiltFound::new(&place.refined, view, camera);
     let camera = camera.at_height_ratio(estimate.height_ratio);
     let Ok(image_centre) = estimate.image_centre.to_geodetic(estimate.zoom) else { return Ok(None) };
     let Some(nadir) = nadir(&camera, image_centre, estimate.heading_rad) else { return Ok(None) };
     let gsd = gsd_at(image_centre, estimate.zoom);
     let footprint = footprint_at(context, image_centre)?;
     let map_error_m = footprint.as_ref().map_or(0.0, |f| f.horizontal_error_m);
-    let covariances = FixCovariances::new(&estimate, view, &camera, gsd, map_error_m);
+    let covariances = FixCovariances::new(&estimate, tilt.as_ref(), view, &camera, gsd, map_error_m);
     // A view without a height looks straight down: its nadir is the image's centre.
     let (position_of, covariance, attitude_sigma_rad) = match view {
         View::Nadir { .. } => (PositionOf::ImageCentre, covariances.image_centre, None),

@@ -1,6 +1,6 @@
 //! `FixCovariances`: how well a fix knows the ground under the image's centre, and the nadir.
 
-use super::place_estimate::PlaceEstimate;
+use super::place_estimate::{PlaceEstimate, TiltFound};
 use nalgebra::{Matrix2, Vector2};
 use overfly_core::camera::{Camera, View};
 use overfly_core::geodesy::{BodyFrame, BodyOffset, EnuCovariance};
@@ -28,8 +28,16 @@ impl FixCovariances {
     ///
     /// The nadir is an offset away from the image's centre. It adds the errors of that offset: along it by the height's, across it
     /// by the heading's, and by the attitude's J S J^T, with J the derivative of the offset with respect to pitch and roll. For a
-    /// camera that looks straight down the offset is 0 and J the height on each axis.
-    pub fn new(estimate: &PlaceEstimate, view: &View, camera: &Camera, gsd: Gsd, map_error_m: f64) -> Self {
+    /// camera that looks straight down the offset is 0 and J the height on each axis. Where the tilt that the windows show leaves the
+    /// attitude in doubt, S also holds that tilt.
+    pub fn new(
+        estimate: &PlaceEstimate,
+        tilt: Option<&TiltFound>,
+        view: &View,
+        camera: &Camera,
+        gsd: Gsd,
+        map_error_m: f64,
+    ) -> Self {
         let common_m = (COMMON_SHIFT_SHARE * estimate.rms_px * gsd.mean_m_per_px()).min(MAX_COMMON_SHIFT_M);
         let common = Matrix2::identity() * (map_error_m.powi(2) + common_m.powi(2));
         // East runs with the map's columns, north against its rows.
@@ -41,7 +49,8 @@ impl FixCovariances {
             (Vector2::new(offset.east_m, offset.north_m), Vector2::new(offset.north_m, -offset.east_m));
         let moved = along * along.transpose() * estimate.log_height_variance
             + across * across.transpose() * estimate.heading_variance_rad2;
-        let tilted = tilt_covariance(view, camera, estimate.heading_rad);
+        let doubt = tilt.filter(|tilt| tilt.is_doubtful()).map_or([0.0; 2], |tilt| tilt.off_rad);
+        let tilted = tilt_covariance(view, doubt, camera, estimate.heading_rad);
         Self {
             image_centre: EnuCovariance::from_matrix(image_centre),
             nadir: EnuCovariance::from_matrix(image_centre + moved + tilted),
@@ -51,7 +60,7 @@ impl FixCovariances {
 
 /// The covariance that the attitude's uncertainty adds to the offset from the image's centre to the nadir, m^2 in east and north.
 /// Zero where no height is known.
-fn tilt_covariance(view: &View, camera: &Camera, heading_rad: f64) -> Matrix2<f64> {
+fn tilt_covariance(view: &View, doubt_rad: [f64; 2], camera: &Camera, heading_rad: f64) -> Matrix2<f64> {
     let View::Posed { attitude, .. } = view else { return Matrix2::zeros() };
     let per_tilt = camera.image_centre_per_tilt().unwrap_or_else(Matrix2::zeros);
     let turn = BodyFrame::from_heading_rad(heading_rad);
@@ -60,7 +69,9 @@ fn tilt_covariance(view: &View, camera: &Camera, heading_rad: f64) -> Matrix2<f6
         Vector2::new(moved.east_m, moved.north_m)
     };
     let per_tilt = Matrix2::from_columns(&[enu(0), enu(1)]);
-    per_tilt * per_tilt.transpose() * attitude.sigma_rad.powi(2)
+    let doubt = Vector2::from(doubt_rad);
+    let attitude = Matrix2::identity() * attitude.sigma_rad.powi(2) + doubt * doubt.transpose();
+    per_tilt * attitude * per_tilt.transpose()
 }
 
 #[cfg(test)]
@@ -68,27 +79,35 @@ mod tests {
     use super::*;
     use overfly_core::camera::{Attitude, Intrinsics};
 
-    fn added(pitch_deg: f64, roll_deg: f64, heading_deg: f64) -> EnuCovariance {
-        let attitude =
-            Attitude::new(Some(pitch_deg.to_radians()), Some(roll_deg.to_radians()), Some(1f64.to_radians()));
+    fn added(pitch_deg: f64, heading_deg: f64, doubt_deg: f64) -> EnuCovariance {
+        let attitude = Attitude::new(Some(pitch_deg.to_radians()), Some(0.0), Some(1f64.to_radians()));
         let view = View::Posed { intrinsics: Intrinsics::centred(640, 480, 700.0), height_agl_m: 2200.0, attitude };
         let camera = Camera::new(&view, 640, 480).unwrap();
-        EnuCovariance::from_matrix(tilt_covariance(&view, &camera, heading_deg.to_radians()))
+        EnuCovariance::from_matrix(tilt_covariance(
+            &view,
+            [doubt_deg.to_radians(), 0.0],
+            &camera,
+            heading_deg.to_radians(),
+        ))
     }
 
     #[test]
     fn a_degree_at_2200_metres_is_38_metres_straight_down_and_more_off_nadir() {
-        let level = added(0.0, 0.0, 33.0).ellipse();
+        let level = added(0.0, 33.0, 0.0).ellipse();
         let degree_m = 2200.0 * 1f64.to_radians();
         assert!((level.semi_major_m - degree_m).abs() < 1e-6 && (level.semi_minor_m - degree_m).abs() < 1e-6);
         // The derivative of h tan(p) is h / cos^2(p); the camera looks east.
-        let pitched = added(30.0, 0.0, 90.0);
+        let pitched = added(30.0, 90.0, 0.0);
         assert!((pitched.ee_m2.sqrt() - degree_m / 0.75).abs() < 1e-6, "{pitched:?}");
+        // Three degrees of doubt about the pitch widen it along the heading only.
+        let doubtful = added(0.0, 90.0, 3.0);
+        assert!((doubtful.ee_m2.sqrt() - 10f64.sqrt() * degree_m).abs() < 1e-6, "{doubtful:?}");
+        assert!((doubtful.nn_m2.sqrt() - degree_m).abs() < 1e-6, "{doubtful:?}");
     }
 
     #[test]
     fn without_a_height_the_attitude_adds_nothing() {
         let view = View::Nadir { gsd_m_per_px: 1.0 };
-        assert_eq!(tilt_covariance(&view, &Camera::new(&view, 64, 48).unwrap(), 0.3), Matrix2::zeros());
+        assert_eq!(tilt_covariance(&view, [0.1; 2], &Camera::new(&view, 64, 48).unwrap(), 0.3), Matrix2::zeros());
     }
 }

@@ -29,6 +29,9 @@ const OPEN_TILT_SIGMA_DEG: f64 = 20.0;
 /// exp(-3.2^2 / 2), 0.6 %, are refused. The 99.9 % ellipse of a nadir reaches to 3.7 standard deviations of the attitude: an
 /// attitude further off must be refused although the windows measure it only to some degrees.
 const MAX_TILT_SIGMAS: f64 = 3.2;
+/// Beyond this many standard deviations the attitude is doubtful. Few windows measure the tilt badly: one of four standard
+/// deviations of the attitude was seen to pass as one of three of both.
+const DOUBTFUL_TILT_SIGMAS: f64 = 2.0;
 
 /// What the windows of a place measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +67,12 @@ impl TiltFound {
     /// Whether the tilt contradicts the stated attitude.
     pub fn contradicts(&self) -> bool {
         self.sigmas > MAX_TILT_SIGMAS
+    }
+
+    /// Whether the tilt is so far from the stated attitude that this may be further off than it states: one in seven right
+    /// attitudes is. The nadir's covariance then holds the tilt found.
+    pub fn is_doubtful(&self) -> bool {
+        self.sigmas > DOUBTFUL_TILT_SIGMAS
     }
 
     /// The greatest accepted distance, standard deviations.
