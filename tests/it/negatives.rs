@@ -64,3 +64,24 @@ fn elsewhere_is_searched_where_the_frame_is_not() {
         assert!(search.searched_ratio > 0.2 && search.searched_ratio < 1.1, "{}", search.searched_ratio);
     }
 }
+
+#[test]
+fn repeating_ground_is_drawn_alike_whatever_the_number_of_threads() {
+    let kinds: Vec<_> = NegativeKind::ALL.into_iter().filter(|k| k.is_repeating()).collect();
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
+    let run = |threads| {
+        let trial = NegativeTrial { trials: 18, kinds: kinds.clone(), ..trial(threads) };
+        trial.run(drawn_store(), &flight, None, |_| {}).unwrap()
+    };
+    let outcomes = run(2);
+    assert_eq!(told(&run(1)), told(&outcomes));
+    let score = NegativeScore::from_outcomes(&outcomes, 2);
+    assert_eq!((score.trials, score.by_kind.len()), (18, 12), "{score:?}");
+    assert!(outcomes.iter().all(|o| o.pattern.is_some_and(|p| p.period_m > 3.0)));
+    // A fix is right at the frame's place, and nowhere else; a frame without a place has no right fix.
+    assert_eq!(outcomes.iter().filter(|o| o.place.is_none()).count(), 3);
+    for o in &outcomes {
+        let is_near = o.error_m().is_some_and(|error_m| error_m <= 3.0);
+        assert_eq!(o.is_right(), is_near, "{} {:?}", o.number, o.error_m());
+    }
+}

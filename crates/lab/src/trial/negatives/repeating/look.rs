@@ -34,6 +34,12 @@ impl PatternLook {
         }
     }
 
+    /// Light elements of a strong contrast with a little noise.
+    #[cfg(test)]
+    pub fn plain(seed: u32) -> Self {
+        Self { ground: 80.0, contrast: 90.0, patches: 4.0, patch_m: 50.0, grain: 1.5, seed }
+    }
+
     /// The gray level of a point (metres east and north) with this much ink, without noise.
     pub fn level(&self, ink: f64, at_m: [f64; 2]) -> f32 {
         self.ground + self.contrast * ink as f32 + self.patches * self.patch(at_m)

@@ -80,3 +80,71 @@ pub fn repeated_frame(
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::pattern::RepeatingPattern;
+    use super::super::pattern_kind::PatternKind;
+    use super::super::scene::PatternBlock;
+    use super::super::world::drawn_map;
+    use super::super::world::tests::noisy_map;
+    use super::*;
+    use overfly_core::camera::{Attitude, GroundGrid, Intrinsics, render};
+    use overfly_core::tile::{WorldPixel, gsd_at};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// The correlation of a frame's ground view with the map below it.
+    fn agreement(frame: &Gray, camera: &Camera, pose: &TruePose, map: &Gray, corner_px: [u64; 2], zoom: u8) -> f64 {
+        let gsd = gsd_at(pose.nadir, zoom);
+        let grid = GroundGrid::around(camera, pose.heading_rad, [gsd.east_m_per_px, gsd.north_m_per_px], 0.0).unwrap();
+        let view = render(frame, camera, pose.heading_rad, &grid);
+        let local = LocalFrame::at(pose.nadir);
+        let (mut pairs, width) = (Vec::new(), view.gray.width_px());
+        for i in (0..width * view.gray.height_px()).filter(|i| view.mask.at(i % width, i / width)) {
+            let enu = grid.enu_from_grid([(i % width) as f64 + 0.5, (i / width) as f64 + 0.5]);
+            let at = WorldPixel::from_geodetic(local.geodetic_from_enu(enu).unwrap(), zoom).unwrap();
+            let (x, y) = (at.x_px - corner_px[0] as f64, at.y_px - corner_px[1] as f64);
+            pairs.push([f64::from(view.gray.values()[i]), f64::from(map.sample(x, y))]);
+        }
+        assert!(pairs.len() > 5000);
+        let n = pairs.len() as f64;
+        let mean: [f64; 2] = std::array::from_fn(|k| pairs.iter().map(|p| p[k]).sum::<f64>() / n);
+        let product = |j: usize, k: usize| pairs.iter().map(|p| (p[j] - mean[j]) * (p[k] - mean[k])).sum::<f64>();
+        product(0, 1) / (product(0, 0) * product(1, 1)).sqrt()
+    }
+
+    #[test]
+    fn a_pattern_in_the_frame_lies_on_the_pattern_in_the_map() {
+        let map = noisy_map();
+        let scene_frame = map.frame().unwrap();
+        let gsd_m = gsd_at(scene_frame.origin(), map.zoom).mean_m_per_px();
+        for (seed, kind) in PatternKind::ALL.into_iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
+            let pattern = RepeatingPattern { changed: 0.0, ..RepeatingPattern::random(kind, 16.0 * gsd_m, &mut rng) };
+            let scene = RepeatingScene {
+                blocks: vec![PatternBlock { pattern, outline: None }],
+                hole: None,
+                real_share: 0.0,
+            };
+            let (on_map, in_frame) = (PatternLook::plain(1), PatternLook::plain(2));
+            let image = drawn_map(&map, &scene_frame, &scene, &on_map, gsd_m);
+            let values = image.pixels().map(|p| f32::from(p.0[0])).collect();
+            let drawn = Gray::from_values(map.gray.width_px(), map.gray.height_px(), values).unwrap();
+            // Off the middle of the map, tilted, turned.
+            let nadir = scene_frame.geodetic_from_enu(Enu { east_m: 190.0, north_m: -130.0 }).unwrap();
+            let view = View::Posed {
+                intrinsics: Intrinsics::centred(160, 120, 150.0),
+                height_agl_m: 150.0 * gsd_m,
+                attitude: Attitude::exact(0.05, -0.08),
+            };
+            let pose = TruePose { nadir, heading_rad: 0.5 + seed as f64, view };
+            let camera = Camera::new(&pose.view, 160, 120).unwrap();
+            let to_scene = SceneFromBody::new(&pose, &scene_frame);
+            let blank = Gray::filled(160, 120, 0.0);
+            let frame = repeated_frame(&blank, &camera, &to_scene, &scene, &in_frame, SceneEpoch::Frame(9));
+            let found = agreement(&frame, &camera, &pose, &drawn, map.corner_px, map.zoom);
+            assert!(found > 0.9, "{kind:?} {found}");
+        }
+    }
+}

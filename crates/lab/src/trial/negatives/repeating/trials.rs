@@ -238,3 +238,32 @@ fn reduced(gray: &Gray) -> Gray {
 fn unusable(frame: &RecordedFrame, cause: CameraError) -> TrialError {
     TrialError::Locate { image: frame.image.clone(), cause: cause.into() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use overfly_core::camera::{Attitude, Intrinsics};
+    use std::path::PathBuf;
+
+    fn flight(heights_m: &[f64]) -> RecordedFlight {
+        let frame = |(i, &height_agl_m): (usize, &f64)| RecordedFrame {
+            line: i as u64 + 2,
+            image: format!("{i}.png"),
+            path: PathBuf::new(),
+            time_s: i as f64,
+            true_position: None,
+            true_heading_rad: None,
+            height_agl_m,
+            heading_rad: 0.0,
+            attitude: Attitude::exact(0.0, 0.0),
+        };
+        let frames = heights_m.iter().enumerate().map(frame).collect();
+        RecordedFlight { path: PathBuf::new(), camera: Intrinsics::centred(8, 6, 10.0), frames }
+    }
+
+    #[test]
+    fn readings_of_one_height_are_averaged_and_others_are_not() {
+        assert_eq!(level_height_m(&flight(&[99.0, 101.5, 100.0])), Some(100.0));
+        assert_eq!(level_height_m(&flight(&[90.0, 101.5, 100.0])), None);
+    }
+}

@@ -125,3 +125,70 @@ pub fn drawn_map(
 fn unwritable(path: &Path, cause: std::io::Error) -> TrialError {
     TrialError::Unwritable { path: path.to_owned(), cause }
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::pattern::RepeatingPattern;
+    use super::super::pattern_kind::PatternKind;
+    use super::super::scene::{BlockOutline, PatternBlock};
+    use super::*;
+    use crate::trial::negatives::cell_hash::cell_hash;
+    use overfly_core::geodesy::Geodetic;
+    use overfly_core::pixels::{Gray, Mask};
+    use overfly_core::tile::WorldPixel;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// 400 x 300 pixels of noise at 48 N 15 E, the first ten columns missing.
+    pub fn noisy_map() -> RealMap {
+        let at = WorldPixel::from_geodetic(Geodetic::from_degrees(48.0, 15.0).unwrap(), 15).unwrap();
+        let (width, height) = (400, 300);
+        let level = |i: usize| 60.0 + (cell_hash((i % width / 5) as i32, (i / width / 5) as i32, 1) % 128) as f32;
+        let mut mask = Mask::filled(width, height, true);
+        (0..10 * height).for_each(|i| mask.set(i % 10, i / 10, false));
+        RealMap {
+            zoom: 15,
+            corner_px: [at.x_px as u64, at.y_px as u64],
+            gray: Gray::from_values(width, height, (0..width * height).map(level).collect()).unwrap(),
+            mask,
+        }
+    }
+
+    fn scene() -> RepeatingScene {
+        let pattern = RepeatingPattern::random(PatternKind::Orchard, 30.0, &mut ChaCha8Rng::seed_from_u64(2));
+        let outline = BlockOutline { centre_m: [40.0, 20.0], half_m: [150.0, 100.0], angle_rad: 0.4 };
+        RepeatingScene { blocks: vec![PatternBlock { pattern, outline: Some(outline) }], hole: None, real_share: 0.0 }
+    }
+
+    #[test]
+    fn a_world_is_a_store_of_the_drawn_map_pixel_by_pixel() {
+        let (map, look) = (noisy_map(), PatternLook::plain(4));
+        let world = RepeatingWorld::build(&map, scene(), &look, 0.0).unwrap();
+        let layer = world.store.layer(WORLD_LAYER).unwrap();
+        assert_eq!(layer.base_zoom, map.zoom);
+        let drawn = drawn_map(&map, &map.frame().unwrap(), &scene(), &look, 0.0);
+        let built = RealMap::read(&world.store, layer, world.frame.origin()).unwrap().unwrap();
+        let (dx, dy) = (map.corner_px[0] - built.corner_px[0], map.corner_px[1] - built.corner_px[1]);
+        let mut sum = 0.0;
+        for (x, y, pixel) in drawn.enumerate_pixels() {
+            let (u, v) = ((u64::from(x) + dx) as usize, (u64::from(y) + dy) as usize);
+            assert_eq!(built.mask.at(u, v), pixel.0[1] == 255);
+            sum += (built.gray.at(u, v) * f32::from(pixel.0[1].min(1)) - f32::from(pixel.0[0])).abs();
+        }
+        assert!(sum / 120_000.0 < 1.0, "{}", sum / 120_000.0);
+    }
+
+    #[test]
+    fn the_ground_outside_a_block_stays() {
+        let (map, look) = (noisy_map(), PatternLook::plain(4));
+        let frame = map.frame().unwrap();
+        let drawn = drawn_map(&map, &frame, &scene(), &look, 0.0);
+        let changed = |x: usize, y: usize| drawn.get_pixel(x as u32, y as u32).0[0] != map.gray.at(x, y) as u8;
+        let count = |columns: std::ops::Range<usize>| {
+            columns.flat_map(|x| (0..300).map(move |y| (x, y))).filter(|&(x, y)| changed(x, y)).count()
+        };
+        assert!(count(10..400) > 5000);
+        // 200 px of 3.2 m west of the middle lies nothing of the block.
+        assert_eq!(count(10..120), 0);
+    }
+}
