@@ -243,7 +243,7 @@ mod tests {
             let equal = (0..400).filter(|i| {
                 let at = [3.7 * f64::from(*i), -2.3 * f64::from(*i)];
                 let moved = [at[0] + a * cos - b * sin, at[1] + a * sin + b * cos];
-                pattern.ink_at(at, 1) == pattern.ink_at(moved, 2)
+                (pattern.ink_at(at, 1) - pattern.ink_at(moved, 2)).abs() < 1e-6
             });
             assert!(equal.count() >= 398, "{kind:?}");
         }

@@ -122,17 +122,14 @@ mod tests {
         for (seed, kind) in PatternKind::ALL.into_iter().enumerate() {
             let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
             let pattern = RepeatingPattern { changed: 0.0, ..RepeatingPattern::random(kind, 16.0 * gsd_m, &mut rng) };
-            let scene = RepeatingScene {
-                blocks: vec![PatternBlock { pattern, outline: None }],
-                hole: None,
-                real_share: 0.0,
-            };
+            let scene =
+                RepeatingScene { blocks: vec![PatternBlock { pattern, outline: None }], hole: None, real_share: 0.0 };
             let (on_map, in_frame) = (PatternLook::plain(1), PatternLook::plain(2));
             let image = drawn_map(&map, &scene_frame, &scene, &on_map, gsd_m);
             let values = image.pixels().map(|p| f32::from(p.0[0])).collect();
             let drawn = Gray::from_values(map.gray.width_px(), map.gray.height_px(), values).unwrap();
             // Off the middle of the map, tilted, turned.
-            let nadir = scene_frame.geodetic_from_enu(Enu { east_m: 190.0, north_m: -130.0 }).unwrap();
+            let nadir = scene_frame.geodetic_from_enu(Enu { east_m: 50.0, north_m: -30.0 }).unwrap();
             let view = View::Posed {
                 intrinsics: Intrinsics::centred(160, 120, 150.0),
                 height_agl_m: 150.0 * gsd_m,

@@ -4,7 +4,7 @@ use super::look::PatternLook;
 use super::pattern::RepeatingPattern;
 
 /// Points per pixel and axis at which a pattern is evaluated.
-const SAMPLES: usize = 3;
+const SAMPLES: usize = 2;
 
 /// A rectangle on the ground, metres east and north.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -38,13 +38,25 @@ pub struct ScenePlan {
 }
 
 impl ScenePlan {
-    /// Plans a world of a kind. `seats` are all frames over the map, at least one; `least_period_m` is the shortest period
-    /// that the map resolves.
-    pub fn random(kind: NegativeKind, seats: &[Seat], least_period_m: f64, rng: &mut ChaCha8Rng) -> Self {
+    /// Plans a world of a kind. `seats` are all frames over the map, at least one. Periods reach from the shortest that the
+    /// map resolves to half a frame's edge; where the frame's place is missing from the map, to at most `half_region_m`, half
+    /// of the smallest region's edge: a place of which the region shows one copy only cannot be told from that copy.
+    pub fn random(
+        kind: NegativeKind,
+        seats: &[Seat],
+        least_period_m: f64,
+        half_region_m: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
         let mut seats = seats.to_vec();
         seats.shuffle(rng);
         let first = seats[0];
-        let mut pattern = pattern(kind, first.edge_m, least_period_m, rng);
+        let mut longest_m = 0.5 * first.edge_m;
+        if kind == NegativeKind::RepeatingAbsent {
+            longest_m = longest_m.min(half_region_m);
+        }
+        let periods_m = [least_period_m, longest_m.max(least_period_m)];
+        let mut pattern = pattern(kind, periods_m, rng);
         let everywhere = |pattern: RepeatingPattern| vec![PatternBlock { pattern, outline: None }];
         let mut scene = RepeatingScene { blocks: Vec::new(), hole: None, real_share: 0.0 };
         match kind {
@@ -56,7 +68,7 @@ impl ScenePlan {
                 let is_one_pattern = rng.random_bool(0.5);
                 for seat in seats.iter().take(MOST_BLOCKS) {
                     if !is_one_pattern {
-                        pattern = self::pattern(kind, first.edge_m, least_period_m, rng);
+                        pattern = self::pattern(kind, periods_m, rng);
                     }
                     let outline = partial_outline(seat, pattern.angle_rad, rng);
                     scene.blocks.push(PatternBlock { pattern: pattern.clone(), outline: Some(outline) });
@@ -91,13 +103,12 @@ impl ScenePlan {
     }
 }
 
-/// A pattern with a period from the shortest that the map resolves to half a frame's edge.
-fn pattern(kind: NegativeKind, edge_m: f64, least_period_m: f64, rng: &mut ChaCha8Rng) -> RepeatingPattern {
+/// A pattern with a period between two lengths, uniform in its logarithm.
+fn pattern(kind: NegativeKind, [shortest_m, longest_m]: [f64; 2], rng: &mut ChaCha8Rng) -> RepeatingPattern {
     let kinds: &[PatternKind] =
         if kind == NegativeKind::RepeatingGaps { &PatternKind::PLANTED } else { &PatternKind::ALL };
     let kind = kinds[rng.random_range(0..kinds.len())];
-    let longest_m = (0.5 * edge_m).max(least_period_m);
-    let period_m = least_period_m * (longest_m / least_period_m).powf(rng.random::<f64>());
+    let period_m = shortest_m * (longest_m / shortest_m).powf(rng.random::<f64>());
     RepeatingPattern::random(kind, period_m, rng)
 }
 
@@ -139,7 +150,7 @@ mod tests {
     #[test]
     fn equal_seeds_plan_equal_worlds() {
         for kind in NegativeKind::ALL.into_iter().filter(|k| k.is_repeating()) {
-            let plan = |seed| ScenePlan::random(kind, &seats(), 20.0, &mut ChaCha8Rng::seed_from_u64(seed));
+            let plan = |seed| ScenePlan::random(kind, &seats(), 20.0, 150.0, &mut ChaCha8Rng::seed_from_u64(seed));
             assert_eq!(plan(4), plan(4));
             assert_ne!(plan(4), plan(5));
         }
@@ -148,16 +159,19 @@ mod tests {
     #[test]
     fn frames_see_the_ground_that_their_kind_promises() {
         for seed in 0..100 {
-            let plan = |kind| ScenePlan::random(kind, &seats(), 20.0, &mut ChaCha8Rng::seed_from_u64(seed));
+            let plan = |kind| ScenePlan::random(kind, &seats(), 20.0, 150.0, &mut ChaCha8Rng::seed_from_u64(seed));
             let inside = plan(NegativeKind::RepeatingInside);
             let outline = inside.scene.blocks[0].outline.unwrap();
             assert!(inside.seats.iter().all(|s| outline.depth_m(s.nadir_m) > s.reach_m));
             let absent = plan(NegativeKind::RepeatingAbsent);
+            assert!(
+                absent.scene.blocks[0].pattern.period_m[0].min(absent.scene.blocks[0].pattern.period_m[1]) <= 150.0
+            );
             assert!(absent.seats.iter().all(|s| absent.scene.hole.unwrap().depth_m(s.nadir_m) > s.reach_m));
             let mixed = plan(NegativeKind::RepeatingMixed).scene.real_share;
             assert!(mixed == 0.25 || mixed == 0.5);
-            let period_m = plan(NegativeKind::Repeating).scene.blocks[0].pattern.period_m[0];
-            assert!((20.0..=250.0).contains(&period_m), "{period_m}");
+            let [p, q] = plan(NegativeKind::Repeating).scene.blocks[0].pattern.period_m;
+            assert!((17.0..=250.0).contains(&p.min(q)), "{p} {q}");
             let blocks = plan(NegativeKind::RepeatingBlock);
             assert!(blocks.scene.blocks.iter().all(|b| b.outline.unwrap().half_m.iter().all(|h| *h < 376.0)));
         }

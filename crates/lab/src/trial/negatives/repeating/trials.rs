@@ -109,7 +109,11 @@ impl<'a> RepeatingTrials<'a> {
         if seats.is_empty() {
             return Err(off());
         }
-        let plan = ScenePlan::random(kind, &seats, LEAST_PERIOD_PX * self.source_gsd_m, &mut rng);
+        let plan = {
+            let smallest = self.trial.regions.iter().copied().fold(f64::INFINITY, f64::min);
+            let half_region_m = self.trial.half_width_m(smallest);
+            ScenePlan::random(kind, &seats, LEAST_PERIOD_PX * self.source_gsd_m, half_region_m, &mut rng)
+        };
         let is_dark_on_map = rng.random_bool(0.5);
         let period_m = plan.scene.blocks[0].pattern.period_m[0];
         let look = PatternLook::random(is_dark_on_map, period_m, &mut rng);

@@ -156,7 +156,7 @@ pub(super) mod tests {
 
     fn scene() -> RepeatingScene {
         let pattern = RepeatingPattern::random(PatternKind::Orchard, 30.0, &mut ChaCha8Rng::seed_from_u64(2));
-        let outline = BlockOutline { centre_m: [40.0, 20.0], half_m: [150.0, 100.0], angle_rad: 0.4 };
+        let outline = BlockOutline { centre_m: [20.0, 10.0], half_m: [75.0, 50.0], angle_rad: 0.4 };
         RepeatingScene { blocks: vec![PatternBlock { pattern, outline: Some(outline) }], hole: None, real_share: 0.0 }
     }
 
@@ -187,8 +187,8 @@ pub(super) mod tests {
         let count = |columns: std::ops::Range<usize>| {
             columns.flat_map(|x| (0..300).map(move |y| (x, y))).filter(|&(x, y)| changed(x, y)).count()
         };
-        assert!(count(10..400) > 5000);
-        // 200 px of 3.2 m west of the middle lies nothing of the block.
+        assert!(count(10..400) > 4000);
+        // More than 80 px of 1.6 m west of the middle lies nothing of the block.
         assert_eq!(count(10..120), 0);
     }
 }
