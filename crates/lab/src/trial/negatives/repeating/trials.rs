@@ -17,6 +17,7 @@ use overfly_core::camera::{Camera, CameraError, View};
 use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
+use overfly_flight::locate::attitude_reach_m;
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -155,7 +156,12 @@ impl<'a> RepeatingTrials<'a> {
         let ground = &drawn.world.ground;
         let is_apart = kind == NegativeKind::RepeatingAbsent && rng.random_bool(0.5);
         // Where the map has no room apart from the frame, the frame's ground is missing from the map nevertheless.
-        let apart = if is_apart { ground.elsewhere(truth(frame), half_width_m + seat.reach_m, &mut rng) } else { None };
+        let apart = if is_apart {
+            let apart_m = half_width_m + seat.reach_m + self.attitude_reach_m(frame)?;
+            ground.elsewhere(truth(frame), apart_m, &mut rng)
+        } else {
+            None
+        };
         let centre = apart.unwrap_or_else(|| ground.displaced(truth(frame), half_width_m, &mut rng));
         let shared_m2 = ground.shared_m2(centre, half_width_m);
         let stated = StatedPrior { centre, half_width_m, is_heading_known };
@@ -172,6 +178,14 @@ impl<'a> RepeatingTrials<'a> {
             pattern: Some(pattern),
             search: Some(search),
         })
+    }
+
+    /// How far a search for a frame reaches beyond its prior, metres.
+    fn attitude_reach_m(&self, frame: &RecordedFrame) -> Result<f64, TrialError> {
+        let view = frame.view(&self.flight.camera);
+        let [width, height] = [self.flight.camera.width_px, self.flight.camera.height_px];
+        let camera = Camera::new(&view, width, height).map_err(|e| unusable(frame, e))?;
+        Ok(attitude_reach_m(&view, &camera))
     }
 
     /// The frame with the world's patterns in another epoch, and the pattern below it.
