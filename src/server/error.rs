@@ -84,6 +84,7 @@ impl ServerError {
             },
             Self::Frame { error, .. } => match error {
                 FrameError::NotAnImage { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                FrameError::Damaged { .. } => StatusCode::UNPROCESSABLE_ENTITY,
                 FrameError::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
                 FrameError::Unreadable { .. } => StatusCode::INTERNAL_SERVER_ERROR,
             },

@@ -473,7 +473,7 @@ fn hostile_forms_are_refused() {
 }
 
 #[test]
-fn what_is_not_an_image_is_refused() {
+fn what_is_not_an_image_or_damaged_is_refused() {
     let stand = Stand::new();
     let fixes = |image: &[u8]| stand.post("/v1/fixes", &[("image", image), ("request", REQUEST)]).problem();
     assert_eq!(fixes(b"").0, 415);
@@ -483,11 +483,14 @@ fn what_is_not_an_image_is_refused() {
     let whole = png(300, 200);
     for length in [8, 20, 33, 60, whole.len() / 2, whole.len() - 20] {
         let (status, code, parameter) = fixes(&whole[..length]);
-        assert_eq!((status, code.as_str(), parameter.as_deref()), (415, "not_an_image", Some("image")), "{length}");
+        assert_eq!((status, code.as_str(), parameter.as_deref()), (422, "image_damaged", Some("image")), "{length}");
     }
+    let mut changed = whole.clone();
+    changed[whole.len() / 2] ^= 4;
+    assert_eq!(fixes(&changed).1, "image_damaged");
     let jpeg = [0xff, 0xd8, 0xff, 0xe0, 0, 16, b'J', b'F', b'I', b'F', 0, 1, 1, 0, 0, 1, 0, 1, 0, 0, 0xff, 0xd9];
-    assert_eq!(fixes(&jpeg).0, 415);
-    assert_eq!(fixes(b"RIFF\x10\0\0\0WEBPVP8 \0\0\0\0").0, 415);
+    assert_eq!(fixes(&jpeg).0, 422);
+    assert_eq!(fixes(b"RIFF\x10\0\0\0WEBPVP8 \0\0\0\0").0, 422);
 }
 
 /// A PNG header that promises `width_px` x `height_px`, with hardly any data.
@@ -514,7 +517,7 @@ fn a_decompression_bomb_is_refused_before_it_is_decoded() {
     {
         let image = promise(width_px, height_px);
         let (status, code, _) = stand.post("/v1/fixes", &[("image", &image), ("request", REQUEST)]).problem();
-        assert!(status == 413 || code == "not_an_image", "{width_px} x {height_px}: {status} {code}");
+        assert!(status == 413 || code == "image_damaged", "{width_px} x {height_px}: {status} {code}");
     }
     let mut bomb = Cursor::new(Vec::new());
     image::GrayImage::new(9_000, 9_000).write_to(&mut bomb, image::ImageFormat::Png).unwrap();

@@ -4,6 +4,7 @@ mod build;
 mod calibrate;
 mod candidates;
 mod command_line;
+mod damaged_frames;
 mod demo;
 mod disturbed;
 mod endurance;

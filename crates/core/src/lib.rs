@@ -13,6 +13,8 @@ pub mod coupling;
 pub mod feature;
 #[forbid(unsafe_code)]
 pub mod geodesy;
+#[forbid(unsafe_code)]
+pub mod jpeg;
 pub mod pixels;
 #[forbid(unsafe_code)]
 pub mod region;

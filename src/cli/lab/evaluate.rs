@@ -1,6 +1,7 @@
 //! `overfly evaluate`: registration scored against truth.
 
 mod cost;
+mod damage;
 mod disturbed;
 mod fixes;
 mod motions;
@@ -18,6 +19,8 @@ pub enum Evaluate {
     Fixes(Box<fixes::Args>),
     /// Absolute registration where every fix is false: the rate of false fixes.
     Negatives(Box<negatives::Args>),
+    /// Frames whose files were damaged: refused, or located rightly, but never falsely.
+    Damage(Box<damage::Args>),
     /// The time of a search against the number of tiles it searches.
     Cost(cost::Args),
     /// Relative registration: pairs of known motion, a real flight, or pairs that share no ground.
@@ -31,6 +34,7 @@ pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
     match args {
         Evaluate::Fixes(args) => fixes::run(args, output),
         Evaluate::Negatives(args) => negatives::run(args, output),
+        Evaluate::Damage(args) => damage::run(args, output),
         Evaluate::Cost(args) => cost::run(args, output),
         Evaluate::Motions(args) => motions::run(args, output),
         Evaluate::Sequences(args) => sequences::run(args, output),

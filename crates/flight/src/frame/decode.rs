@@ -1,18 +1,20 @@
 //! Decoding of camera frames: image files and bytes to gray or colour images.
 
 use super::bounds::{FrameBounds, MAX_FILE_BYTES};
-use super::error::{FrameError, not_an_image, too_large};
+use super::error::{Fault, FrameError};
+use super::format::Format;
+use super::{jpeg, png, webp};
+use overfly_core::jpeg::Reduction;
 use overfly_core::pixels::{Colour, Gray};
-use std::io::Cursor;
 use std::path::Path;
 
 /// Reads the frame in a file as gray (luma of ITU-R BT.601). Alpha and orientation tags are not applied: pixels are taken as they
 /// are stored.
 ///
 /// # Errors
-/// [`FrameError`] where the file cannot be read, is not a valid image, or exceeds the default bounds.
+/// [`FrameError`] where the file cannot be read, is not an image, does not decode exactly, or exceeds the default bounds.
 pub fn read_frame(path: &Path) -> Result<Gray, FrameError> {
-    read_colour_frame(path).map(|colour| colour.to_gray())
+    decode_frame(&read_file(path)?, &path.display().to_string())
 }
 
 /// Reads the frame in a file in colour.
@@ -54,51 +56,48 @@ pub fn decode_frame(bytes: &[u8], name: &str) -> Result<Gray, FrameError> {
 /// # Errors
 /// As [`decode_frame`].
 pub fn decode_frame_within(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Gray, FrameError> {
-    decode(bytes, name, bounds).map(|colour| colour.to_gray())
+    match Format::of(bytes) {
+        Some(Format::Jpeg) => header_of(bytes, bounds)
+            .and_then(|_| jpeg::gray(bytes, Reduction::None))
+            .map_err(|fault| fault.named(name, bounds)),
+        _ => decode(bytes, name, bounds).map(|colour| colour.to_gray()),
+    }
 }
 
+/// Decodes to colours, within bounds.
 fn decode(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Colour, FrameError> {
-    let FrameBounds { edge_px, pixels } = bounds;
-    let bad = |e: image::ImageError| match e {
-        image::ImageError::Limits(e) => too_large(name, e.to_string(), bounds),
-        other => not_an_image(name, other),
+    let colour = || match header_of(bytes, bounds)?.0 {
+        Format::Jpeg => jpeg::colour(bytes),
+        Format::Png => png::colour(bytes),
+        Format::WebP => webp::colour(bytes),
     };
-    let (_, [width, height]) = header_of(bytes, name, bounds)?;
-    if width.max(height) > edge_px || u64::from(width) * u64::from(height) > pixels {
-        return Err(too_large(name, format!("{width} x {height} pixels"), bounds));
-    }
-    let mut reader =
-        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| not_an_image(name, e))?;
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(edge_px);
-    limits.max_image_height = Some(edge_px);
-    // Up to 8 bytes a pixel (16-bit RGBA), and the decoder's own tables.
-    limits.max_alloc = Some(pixels * 8 + (64 << 20));
-    reader.limits(limits);
-    let rgb = reader.decode().map_err(bad)?.into_rgb8();
-    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    Ok(Colour::from_values(width, height, rgb.into_raw()).expect("three values a pixel"))
+    colour().map_err(|fault| fault.named(name, bounds))
 }
 
-/// Reads format, width and height (pixels) from a header.
-pub(super) fn header_of(
-    bytes: &[u8],
-    name: &str,
-    bounds: FrameBounds,
-) -> Result<(Option<image::ImageFormat>, [u32; 2]), FrameError> {
-    let reader =
-        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| not_an_image(name, e))?;
-    let format = reader.format();
-    match reader.into_dimensions() {
-        Ok((width, height)) => Ok((format, [width, height])),
-        Err(image::ImageError::Limits(e)) => Err(too_large(name, e.to_string(), bounds)),
-        Err(other) => Err(not_an_image(name, other)),
+/// Reads format, columns and rows from a header, which must not exceed the bounds.
+fn header_of(bytes: &[u8], bounds: FrameBounds) -> Result<(Format, [u32; 2]), Fault> {
+    let (format, [width, height]) = size_of(bytes)?;
+    if width.max(height) > bounds.edge_px || u64::from(width) * u64::from(height) > bounds.pixels {
+        return Err(Fault::TooLarge(format!("{width} x {height} pixels")));
     }
+    Ok((format, [width, height]))
+}
+
+/// Reads format, columns and rows from a header.
+pub(super) fn size_of(bytes: &[u8]) -> Result<(Format, [u32; 2]), Fault> {
+    let format = Format::of(bytes).ok_or_else(|| Fault::NotAnImage("its first bytes are those of none".into()))?;
+    let size = match format {
+        Format::Jpeg => jpeg::read_header(bytes).map(|header| [header.width_px, header.height_px]),
+        Format::Png => png::size_px(bytes),
+        Format::WebP => webp::size_px(bytes),
+    }?;
+    Ok((format, size))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Cursor;
 
     fn png(width: u32, height: u32, rgb: [u8; 3]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -117,7 +116,7 @@ mod tests {
 
     #[test]
     fn refuses_what_is_not_an_image() {
-        for bytes in [&b""[..], b"hello", &png(4, 4, [1, 2, 3])[..40]] {
+        for bytes in [&b""[..], b"hello", b"GIF89a\x01\0\x01\0\0\0\0"] {
             assert_eq!(decode_frame(bytes, "x").unwrap_err().code(), "not_an_image");
         }
         assert_eq!(read_frame(Path::new("no/such/file.png")).unwrap_err().code(), "image_unreadable");

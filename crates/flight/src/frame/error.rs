@@ -14,12 +14,22 @@ pub enum FrameError {
         /// The cause.
         cause: std::io::Error,
     },
-    /// Not a valid PNG, JPEG or WebP image.
+    /// Not a PNG, JPEG or WebP image, or one of a kind that is not read.
     #[error("{name} is not a readable PNG, JPEG or WebP image: {reason}")]
     NotAnImage {
         /// Name of the file or form field.
         name: String,
         /// The decoder's message.
+        reason: String,
+    },
+    /// An image whose file does not decode exactly: bytes are missing or were changed. Its pixels may stand beside their place.
+    #[error(
+        "{name} is damaged: {reason}; a damaged image can give a wrong position, so read it again from where it was written"
+    )]
+    Damaged {
+        /// Name of the file or form field.
+        name: String,
+        /// What the decoder found.
         reason: String,
     },
     /// The image, or the size that its header states, exceeds the bounds.
@@ -40,17 +50,35 @@ impl FrameError {
         match self {
             Self::Unreadable { .. } => "image_unreadable",
             Self::NotAnImage { .. } => "not_an_image",
+            Self::Damaged { .. } => "image_damaged",
             Self::TooLarge { .. } => "image_too_large",
         }
     }
 }
 
-/// The error of bytes that are not a valid image.
-pub(super) fn not_an_image(name: &str, cause: impl std::fmt::Display) -> FrameError {
-    FrameError::NotAnImage { name: name.into(), reason: cause.to_string() }
+/// Why bytes give no image; [`Fault::named`] adds the name of the file.
+#[derive(Debug)]
+pub(super) enum Fault {
+    NotAnImage(String),
+    Damaged(String),
+    TooLarge(String),
 }
 
-/// The error of a frame that exceeds its bounds.
-pub(super) fn too_large(name: &str, found: String, FrameBounds { edge_px, pixels }: FrameBounds) -> FrameError {
-    FrameError::TooLarge { name: name.into(), found, limit: format!("{pixels} pixels, {edge_px} a side") }
+impl Fault {
+    /// The fault of bytes that do not decode exactly.
+    pub fn damaged(reason: impl std::fmt::Display) -> Self {
+        Self::Damaged(reason.to_string())
+    }
+
+    /// The error of the file or form field of this name, which was read within these bounds.
+    pub fn named(self, name: &str, FrameBounds { edge_px, pixels }: FrameBounds) -> FrameError {
+        let name = name.into();
+        match self {
+            Self::NotAnImage(reason) => FrameError::NotAnImage { name, reason },
+            Self::Damaged(reason) => FrameError::Damaged { name, reason },
+            Self::TooLarge(found) => {
+                FrameError::TooLarge { name, found, limit: format!("{pixels} pixels, {edge_px} a side") }
+            }
+        }
+    }
 }

@@ -1,12 +1,15 @@
 //! Frames too large for memory: read row by row, or at a fraction of their size.
 
 use super::bounds::FrameBounds;
-use super::decode::{decode_frame_within, header_of, read_file};
-use super::error::{FrameError, not_an_image};
-use image::ImageFormat;
+use super::decode::{decode_frame_within, read_file, size_of};
+use super::error::{Fault, FrameError};
+use super::format::Format;
+use super::{jpeg, png};
+use overfly_core::jpeg::Reduction;
 use overfly_core::pixels::Gray;
-use std::io::Cursor;
 use std::path::Path;
+
+const REDUCTIONS: [Reduction; 3] = [Reduction::Half, Reduction::Quarter, Reduction::Eighth];
 
 /// A frame at a reduced size.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,70 +36,23 @@ pub fn read_large_frame(path: &Path) -> Result<ReducedFrame, FrameError> {
 pub fn read_large_frame_within(path: &Path, bounds: FrameBounds) -> Result<ReducedFrame, FrameError> {
     let bytes = read_file(path)?;
     let name = path.display().to_string();
-    let (format, [width, height]) = header_of(&bytes, &name, bounds)?;
+    let read = |fault: Fault| fault.named(&name, bounds);
+    let (format, [width, height]) = size_of(&bytes).map_err(read)?;
     let pixels = u64::from(width) * u64::from(height);
-    let reduction = [2, 4, 8].into_iter().find(|r| pixels / u64::from(r * r) <= bounds.pixels / 4);
-    if pixels > bounds.pixels && width.max(height) <= bounds.edge_px {
-        let reduced = match (format, reduction) {
-            (Some(ImageFormat::Png), Some(r)) => png(&bytes, r as usize).map_err(|e| not_an_image(&name, e))?,
-            (Some(ImageFormat::Jpeg), Some(r)) => jpeg(&bytes, r as u16).map_err(|e| not_an_image(&name, e))?,
-            _ => None,
-        };
-        if let (Some(gray), Some(reduction)) = (reduced, reduction) {
-            return Ok(ReducedFrame { gray, reduction });
-        }
-    }
-    Ok(ReducedFrame { gray: decode_frame_within(&bytes, &name, bounds)?, reduction: 1 })
-}
-
-/// Reduces a PNG row by row; `None` where it is interlaced. Rows and columns that fill no pixel are dropped.
-fn png(bytes: &[u8], reduction: usize) -> Result<Option<Gray>, png::DecodingError> {
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::normalize_to_color8());
-    let mut reader = decoder.read_info()?;
-    let (width, height, interlaced) =
-        (reader.info().width as usize, reader.info().height as usize, reader.info().interlaced);
-    if interlaced {
-        return Ok(None);
-    }
-    let samples = reader.output_color_type().0.samples();
-    let (columns, rows) = (width / reduction, height / reduction);
-    let mut out = Gray::filled(columns, rows, 0.0);
-    let share = 1.0 / (reduction * reduction) as f32;
-    for y in 0..rows * reduction {
-        let Some(row) = reader.next_row()? else { break };
-        let target = &mut out.values_mut()[y / reduction * columns..][..columns];
-        for (sum, pixels) in target.iter_mut().zip(row.data().chunks_exact(samples * reduction)) {
-            *sum += share * pixels.chunks_exact(samples).map(luma).sum::<f32>();
-        }
-    }
-    Ok(Some(out))
-}
-
-/// Reduces a JPEG by the lower frequencies of every block; `None` where it is progressive, for then all blocks are held until its end.
-fn jpeg(bytes: &[u8], reduction: u16) -> Result<Option<Gray>, jpeg_decoder::Error> {
-    let mut decoder = jpeg_decoder::Decoder::new(bytes);
-    decoder.read_info()?;
-    let info = decoder.info().expect("the header was read");
-    if info.coding_process != jpeg_decoder::CodingProcess::DctSequential {
-        return Ok(None);
-    }
-    let samples = match info.pixel_format {
-        jpeg_decoder::PixelFormat::L8 => 1,
-        jpeg_decoder::PixelFormat::RGB24 => 3,
-        _ => return Ok(None),
+    let reduction = REDUCTIONS.into_iter().find(|r| pixels / (r.divisor() as u64).pow(2) <= bounds.pixels / 4);
+    let Some(reduction) = reduction.filter(|_| pixels > bounds.pixels && width.max(height) <= bounds.edge_px) else {
+        return Ok(ReducedFrame { gray: decode_frame_within(&bytes, &name, bounds)?, reduction: 1 });
     };
-    let (width, height) = decoder.scale(info.width.div_ceil(reduction), info.height.div_ceil(reduction))?;
-    let values = decoder.decode()?.chunks_exact(samples).map(luma).collect();
-    Ok(Gray::from_values(width.into(), height.into(), values))
-}
-
-/// Luma (ITU-R BT.601) of a gray or colour pixel, with or without alpha.
-fn luma(pixel: &[u8]) -> f32 {
-    match *pixel {
-        [r, g, b, ..] => 0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b),
-        [gray, ..] => f32::from(gray),
-        [] => 0.0,
+    let reduced = match format {
+        Format::Png => png::reduced(&bytes, reduction.divisor()).map_err(read)?,
+        Format::Jpeg if !jpeg::read_header(&bytes).map_err(read)?.is_progressive => {
+            Some(jpeg::gray(&bytes, reduction).map_err(read)?)
+        }
+        _ => None,
+    };
+    match reduced {
+        Some(gray) => Ok(ReducedFrame { gray, reduction: reduction.divisor() as u32 }),
+        None => Err(read(Fault::TooLarge(format!("{width} x {height} pixels")))),
     }
 }
 
@@ -143,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_truncated_one_is_no_image_and_a_longer_edge_too_large() {
+    fn a_truncated_one_is_damaged_and_a_longer_edge_too_large() {
         for name in ["a.png", "a.jpg"] {
             let (_folder, path) = written(name);
             let edge_px = 400;
@@ -152,7 +108,7 @@ mod tests {
             let bytes = std::fs::read(&path).unwrap();
             std::fs::write(&path, &bytes[..bytes.len() / 3]).unwrap();
             let refused = read_large_frame_within(&path, BOUNDS).unwrap_err();
-            assert_eq!(refused.code(), "not_an_image", "{name}");
+            assert_eq!(refused.code(), "image_damaged", "{name}");
         }
     }
 }

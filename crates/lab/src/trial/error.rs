@@ -130,6 +130,12 @@ pub enum TrialError {
     /// A frame cannot be decoded.
     #[error(transparent)]
     Frame(#[from] FrameError),
+    /// A frame cannot be written in a format.
+    #[error("the frame cannot be encoded: {reason}")]
+    Encode {
+        /// The encoder's message.
+        reason: String,
+    },
     /// A photo or orthophoto cannot be read.
     #[error(transparent)]
     Imagery(Box<ImageryError>),
@@ -200,6 +206,7 @@ impl TrialError {
             Self::OffTheMap { .. } => "off_the_map",
             Self::Candidates(e) => e.code(),
             Self::Frame(e) => e.code(),
+            Self::Encode { .. } => "not_encoded",
             Self::Imagery(e) => e.code(),
             Self::NoPlace { .. } => "no_place_for_views",
             Self::Locate { cause, .. } => cause.code(),

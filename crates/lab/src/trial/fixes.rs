@@ -116,16 +116,28 @@ impl FixTrial {
         index: usize,
         frame: &RecordedFrame,
     ) -> Result<FixOutcome, TrialError> {
+        let opened = Instant::now();
+        let pixels = read_large_frame(&frame.path)?;
+        let decode_ms = milliseconds(opened);
+        Ok(FixOutcome { decode_ms, ..self.locate_pixels(store, flight, index, &pixels)? })
+    }
+
+    /// Locates pixels as those of one frame of a flight, which must have a truth.
+    pub(super) fn locate_pixels(
+        &self,
+        store: &Reader,
+        flight: &RecordedFlight,
+        index: usize,
+        ReducedFrame { gray: pixels, reduction }: &ReducedFrame,
+    ) -> Result<FixOutcome, TrialError> {
+        let frame = &flight.frames[index];
         let truth = frame.true_position.expect("checked by the caller");
         let prior = self.displaced(truth, index);
         let request = self.request(flight, frame, prior);
-        let opened = Instant::now();
-        let ReducedFrame { gray: pixels, reduction } = read_large_frame(&frame.path)?;
-        let decode_ms = milliseconds(opened);
         let asked = Instant::now();
-        let answer = locate(store, &pixels, &request, self.threads)
+        let answer = locate(store, pixels, &request, self.threads)
             .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
-            .for_original(reduction);
+            .for_original(*reduction);
         let elapsed_ms = milliseconds(asked);
         let judged = match &answer {
             Answer::Fix(fix) => Some(self.truth.of(fix)),
@@ -133,7 +145,8 @@ impl FixTrial {
         };
         let error = judged.map(|(point, _)| LocalFrame::at(truth).enu_from_geodetic(point));
         let covariance = judged.map(|(_, covariance)| covariance);
-        Ok(FixOutcome { image: frame.image.clone(), truth, prior, answer, error, covariance, elapsed_ms, decode_ms })
+        let image = frame.image.clone();
+        Ok(FixOutcome { image, truth, prior, answer, error, covariance, elapsed_ms, decode_ms: 0.0 })
     }
 
     /// The prior of one frame. Each frame has its own random stream, so that neither order nor threads matter.

@@ -9,6 +9,7 @@ mod calibration;
 mod camera_file;
 mod cost;
 mod csv_file;
+mod damage;
 mod disturb;
 mod drift_curve;
 mod error;
@@ -36,6 +37,9 @@ pub mod simulation;
 pub use calibration::{Calibrated, calibration_toml};
 pub use camera_file::read_camera;
 pub use cost::{Cost, CostStep, CostTrial, write_cost};
+pub use damage::{
+    DamageOutcome, DamageResult, DamageScore, DamageScoreRow, DamageTrial, FileChange, FrameFormat, write_damage,
+};
 pub use disturb::{
     DisturbanceKind, DisturbanceScore, DisturbedErrors, DisturbedFrame, DisturbedKindScore, DisturbedOutcome,
     DisturbedTrial, SourceFrame, write_disturbed,

@@ -17,6 +17,7 @@ mod search;
 mod table;
 mod trial;
 
+pub use bound::upper95;
 pub use kind::NegativeKind;
 pub use outcome::{DrawnPattern, NegativeOutcome, NegativeSearch, TruePlace};
 pub use repeating::PatternKind;

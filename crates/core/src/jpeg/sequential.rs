@@ -1,0 +1,112 @@
+//! Sequential scans: all coefficients of a block at once (T.81, F.2).
+
+use super::bits::{BitReader, extended};
+use super::entropy::CodedData;
+use super::error::{JpegDamage, JpegError};
+use super::frame_header::Frame;
+use super::huffman::HuffmanTable;
+use super::plane::{Block, Level, Plane};
+use super::quantization::{Steps, is_ac_possible, is_dc_possible};
+use super::scan_header::Scan;
+
+/// The tables of one component of a scan.
+pub(super) struct Tables<'a> {
+    pub dc: &'a HuffmanTable,
+    pub ac: &'a HuffmanTable,
+    pub steps: &'a Steps,
+}
+
+/// Decodes a scan into the planes of its components; those without a plane are decoded and dropped. Returns where the next
+/// segment begins.
+///
+/// # Errors
+/// If the data do not decode exactly.
+pub(super) fn decode_scan<L: Level>(
+    data: &CodedData,
+    frame: &Frame,
+    scan: &Scan,
+    tables: &[Tables],
+    planes: &mut [Option<Plane<L>>],
+) -> Result<usize, JpegError> {
+    let is_single = scan.components.len() == 1;
+    let mut block = Block::new();
+    data.each_run(|bits, first, count| {
+        let mut predictions = [0i32; 4];
+        for unit in first..first + count {
+            let (unit_column, unit_row) = (unit % data.row_units, unit / data.row_units);
+            for ((part, tables), prediction) in scan.components.iter().zip(tables).zip(&mut predictions) {
+                let component = &frame.components[part.index];
+                let [across, down] = if is_single { [1, 1] } else { [component.across, component.down] };
+                for i in 0..across * down {
+                    match &mut planes[part.index] {
+                        Some(plane) => {
+                            read_block::<true>(bits, tables, prediction, &mut block)?;
+                            plane.put(unit_column * across + i % across, unit_row * down + i / across, &block);
+                        }
+                        None => read_block::<false>(bits, tables, prediction, &mut block)?,
+                    }
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Reads a block; its coefficients are stored where they are to be kept.
+#[inline(always)]
+fn read_block<const KEPT: bool>(
+    bits: &mut BitReader,
+    tables: &Tables,
+    prediction: &mut i32,
+    block: &mut Block,
+) -> Result<(), JpegDamage> {
+    let word = bits.word();
+    let (size, length) = tables.dc.symbol(word).ok_or(JpegDamage::Code)?;
+    if size > 11 {
+        return Err(JpegDamage::Range);
+    }
+    *prediction += extended(word << length, size);
+    bits.skip(length + size);
+    let step = i32::from(tables.steps[0]);
+    let value = *prediction * step;
+    if !is_dc_possible(value, step) {
+        return Err(JpegDamage::Range);
+    }
+    if KEPT {
+        block.begin(value);
+    }
+    let mut k = 1;
+    while k < 64 {
+        let word = bits.word();
+        let (symbol, length) = tables.ac.symbol(word).ok_or(JpegDamage::Code)?;
+        let (run, size) = ((symbol >> 4) as usize, symbol & 15);
+        if size == 0 {
+            bits.skip(length);
+            match run {
+                0 => break,
+                15 => k += 16,
+                _ => return Err(JpegDamage::Code),
+            }
+            // A run of 16 zeros is followed by a coefficient.
+            if k > 63 {
+                return Err(JpegDamage::Index);
+            }
+            continue;
+        }
+        k += run;
+        if k > 63 {
+            return Err(JpegDamage::Index);
+        }
+        let step = i32::from(tables.steps[k]);
+        let value = extended(word << length, size) * step;
+        bits.skip(length + size);
+        if size > 10 || !is_ac_possible(value, step) {
+            return Err(JpegDamage::Range);
+        }
+        if KEPT {
+            block.put(k, value);
+        }
+        k += 1;
+    }
+    if bits.is_over() { Err(JpegDamage::DataMissing) } else { Ok(()) }
+}

@@ -1,0 +1,59 @@
+//! A frame whose file was damaged is refused, or what can still be read of it gives no false fix; harmless changes lose no frame.
+
+use overfly_lab::trial::{DamageScore, DamageTrial, FileChange, FixTrial, FrameFormat, RecordedFlight, TruthPoint};
+use overfly_testkit::drawn::{drawn_store, project};
+use std::process::Command;
+
+/// Three ground pixels of the sample's maps.
+const RIGHT_M: f64 = 3.0;
+
+fn trial(formats: &[FrameFormat], changes: &[FileChange], trials: usize) -> DamageScore {
+    let flight = RecordedFlight::read(&project("tiles/flight")).unwrap();
+    let fixes = FixTrial {
+        layer: "ortho".into(),
+        prior_error_m: 300.0,
+        seed: 13,
+        heading_sigma_deg: Some(3.0),
+        height_sigma_ratio: 0.03,
+        unknown_position: false,
+        truth: TruthPoint::Nadir,
+        threads: 1,
+    };
+    let trial = DamageTrial { fixes, formats: formats.to_vec(), changes: changes.to_vec(), trials, threads: 2 };
+    DamageScore::from_outcomes(&trial.run(drawn_store(), &flight, |_| {}).unwrap(), RIGHT_M)
+}
+
+#[test]
+fn no_damage_gives_a_false_fix_and_nothing_harmless_is_lost() {
+    let score = trial(&FrameFormat::ALL, &FileChange::ALL, 400);
+    assert_eq!((score.wrong, score.harmless_lost), (0, 0), "{score:#?}");
+    assert!(score.trials > 2000 && score.harmless > 500, "{} {}", score.trials, score.harmless);
+    assert!(score.refused as f64 > 0.9 * score.trials as f64, "{} of {}", score.refused, score.trials);
+}
+
+/// Bytes set to 0 and files cut short are found in every format.
+#[test]
+fn zeroed_and_cut_files_are_refused() {
+    let score = trial(&FrameFormat::ALL, &[FileChange::Cut, FileChange::Removed], 80);
+    assert_eq!(score.refused + score.unchanged, score.trials, "{score:#?}");
+}
+
+#[test]
+fn the_command_line_names_the_file_and_the_code_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = std::fs::read(project("tiles/flight/frames/019.jpg")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 512].fill(0);
+    let damaged = folder.path().join("damaged.jpg");
+    std::fs::write(&damaged, bytes).unwrap();
+    let sound = project("tiles/flight/frames/020.jpg");
+    let run = Command::new(env!("CARGO_BIN_EXE_overfly"))
+        .arg("motion")
+        .args([&damaged, &sound])
+        .args(["--gsd-m-per-px", "1.25"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{said}");
+    assert!(said.contains("error[image_damaged]") && said.contains("damaged.jpg"), "{said}");
+}
