@@ -33,6 +33,7 @@ mod pictures;
 mod plan;
 mod reference;
 mod replay;
+mod sequences;
 mod signature;
 mod simulation;
 mod sources;

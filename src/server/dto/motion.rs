@@ -63,6 +63,10 @@ pub(crate) enum NoMotionReasonJson {
     Contradicted,
     /// Correspondences agree on a scale that the prior excludes.
     OtherScale,
+    /// Another motion explains the pair nearly as well: ground that repeats itself, or an overlay that stands still.
+    Ambiguous,
+    /// Both images have the very same pixels: a copy, which no sensor takes twice.
+    IdenticalImages,
 }
 
 /// A similarity that takes a point of image b to image a, pixels counted from the corner.
@@ -143,6 +147,8 @@ impl From<NoMotionReason> for NoMotionReasonJson {
             NoMotionReason::TooFewAgreeingMatches => Self::TooFewAgreeingMatches,
             NoMotionReason::Contradicted => Self::Contradicted,
             NoMotionReason::OtherScale => Self::OtherScale,
+            NoMotionReason::Ambiguous => Self::Ambiguous,
+            NoMotionReason::IdenticalImages => Self::IdenticalImages,
         }
     }
 }

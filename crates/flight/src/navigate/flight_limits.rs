@@ -7,9 +7,9 @@ use super::options::NavigateOptions;
 /// Largest speed of an aircraft over ground, m/s.
 const MAX_SPEED_MPS: f64 = 300.0;
 /// Largest acceleration along the track, and of the wind that an aircraft meets, m/s^2.
-const MAX_ACCELERATION_MPS2: f64 = 4.0;
+const MAX_ACCELERATION_MPS2: f64 = 3.0;
 /// Largest change of the velocity within [`CHANGE_TIME_S`], m/s.
-const MAX_VELOCITY_CHANGE_MPS: f64 = 20.0;
+const MAX_VELOCITY_CHANGE_MPS: f64 = 12.0;
 /// After a longer time the velocity can have changed in proportion, seconds.
 const CHANGE_TIME_S: f64 = 30.0;
 /// Largest rate of climb or descent, m/s.
@@ -53,10 +53,10 @@ mod tests {
 
     #[test]
     fn a_light_aircraft_neither_stops_nor_turns_back_between_two_images() {
-        // 45 m/s, images every 4 s: it can become 16 m/s faster or slower, not 45 or 90.
-        assert_eq!(max_velocity_change_mps(4.0), 16.0);
-        assert_eq!(max_velocity_change_mps(10.0), 20.0);
-        assert_eq!(max_velocity_change_mps(60.0), 40.0);
+        // 45 m/s, images every 4 s: it can become 12 m/s faster or slower, not 45 or 90.
+        assert_eq!(max_velocity_change_mps(4.0), 12.0);
+        assert_eq!(max_velocity_change_mps(10.0), 12.0);
+        assert_eq!(max_velocity_change_mps(60.0), 24.0);
         let most = Manoeuvre::largest(&NavigateOptions::default(), 45.0, 500.0, 4.0);
         // 180 m on an arc of 250 m; 40 m up from 500 m.
         assert!((most.turn_rad - 0.72).abs() < 1e-12 && (most.log_climb - 1.08f64.ln()).abs() < 1e-12, "{most:?}");

@@ -171,3 +171,95 @@ impl Hypotheses {
         *self = Self { unaided: filter.clone(), aided: filter, alternative: None, has_fix: true, doubtful_images: 0 };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::flight_limits::Manoeuvre;
+    use super::*;
+    use overfly_core::geodesy::{Enu, Geodetic, Heading};
+
+    const SENSORS: SensorSigmas = SensorSigmas {
+        heading_offset_rad: 0.05,
+        heading_noise_rad: 0.05,
+        height_offset_ratio: 0.03,
+        height_noise_ratio: 0.03,
+    };
+    const READING: SensorReading = SensorReading { heading_rad: 0.0, height_m: 500.0 };
+
+    fn at(north_m: f64) -> Geodetic {
+        let origin = Geodetic::from_degrees(47.0, 8.0).unwrap();
+        LocalFrame::at(origin).geodetic_from_enu(Enu { east_m: 0.0, north_m }).unwrap()
+    }
+
+    fn fix(north_m: f64) -> FixMeasurement {
+        FixMeasurement {
+            position: at(north_m),
+            covariance: EnuCovariance::from_sigma_m(2.0),
+            heading: Heading::from_radians(0.0),
+            heading_sigma_rad: 0.002,
+            log_height: 500f64.ln(),
+            log_height_sigma: 0.002,
+        }
+    }
+
+    fn flight() -> Hypotheses {
+        Hypotheses::new(NavigationFilter::new(at(0.0), 30.0, READING, &SENSORS))
+    }
+
+    fn tell(hypotheses: &mut Hypotheses, north_m: f64) -> bool {
+        hypotheses.update_fix(&fix(north_m), true, READING, &SENSORS).unwrap()
+    }
+
+    /// 180 m north by velocity and compass, with and without the camera.
+    fn fly(hypotheses: &mut Hypotheses, is_unflyable: bool) {
+        let update = TimeUpdate::DeadReckoning {
+            displacement: Enu { east_m: 0.0, north_m: 180.0 },
+            sigma_m: 9.0,
+            reading: READING,
+            unseen: Manoeuvre::default(),
+        };
+        let update = ImageUpdate { aided: update.clone(), unaided: update, is_unflyable };
+        hypotheses.predict(&update, &SENSORS).unwrap();
+    }
+
+    #[test]
+    fn fixes_that_agree_with_each_other_and_not_with_the_flight_move_nothing() {
+        let mut told = flight();
+        assert!(tell(&mut told, 0.0));
+        for image in 1..12 {
+            fly(&mut told, false);
+            // The images of ten images ago.
+            assert!(!tell(&mut told, 180.0 * f64::from(image) - 1800.0), "image {image}");
+            assert!(told.is_lost());
+            let truth = at(180.0 * f64::from(image));
+            let off = LocalFrame::at(truth).enu_from_geodetic(told.filter().position());
+            assert!(off.length_m() < 5.0, "image {image}: {off:?}");
+            // Both places are in the ellipse.
+            let [here, there] = [0.0, -1800.0].map(|north_m| Enu { east_m: 0.0, north_m });
+            assert!([here, there].iter().all(|off| told.position_covariance().contains_95(*off)));
+        }
+        fly(&mut told, false);
+        assert!(!tell(&mut told, 180.0 * 12.0) && told.is_lost());
+        fly(&mut told, false);
+        assert!(tell(&mut told, 180.0 * 13.0) && !told.is_lost());
+    }
+
+    #[test]
+    fn two_fixes_that_agree_replace_a_wrong_start() {
+        let mut told = flight();
+        assert!(!tell(&mut told, 900.0) && told.is_lost());
+        fly(&mut told, false);
+        assert!(tell(&mut told, 1080.0) && !told.is_lost());
+        assert!(LocalFrame::at(at(1080.0)).enu_from_geodetic(told.filter().position()).length_m() < 1.0);
+    }
+
+    #[test]
+    fn after_a_motion_that_cannot_be_flown_one_fix_is_not_enough() {
+        let mut told = flight();
+        assert!(tell(&mut told, 0.0));
+        fly(&mut told, true);
+        assert!(told.is_lost() && !tell(&mut told, 180.0));
+        fly(&mut told, false);
+        assert!(tell(&mut told, 360.0) && !told.is_lost());
+    }
+}

@@ -1,5 +1,6 @@
 //! `ImageHistory`: whether the camera shows the ground of now. A frozen or replayed video does not.
 
+use super::flight_image::FlightImage;
 use overfly_core::pixels::Gray;
 use overfly_core::registration::stationary::{StationaryMask, StillBlocks};
 use std::collections::HashSet;
@@ -9,8 +10,19 @@ use std::sync::Arc;
 const LEAST_MOTION_PX: f64 = 2.0;
 /// Where a larger share of the image stands still, beyond what always does, the camera shows an old image or a part of one.
 const MOST_STILL_SHARE: f64 = 0.15;
-/// Where a larger share stands still, nothing is learned of what always does.
+/// Where a larger share stands still, the whole image does: the video is frozen, or the aircraft does not move.
 const FROZEN_SHARE: f64 = 0.5;
+
+/// What an image is good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImageUse {
+    /// Relative and absolute registration.
+    All,
+    /// Only the next image is compared with it: its motion is not what the aircraft flies.
+    Comparison,
+    /// Nothing: it does not show what a valid camera sees now.
+    Nothing,
+}
 
 /// The images of a flight, as far as the next one is compared with them.
 #[derive(Debug, Clone)]
@@ -27,20 +39,34 @@ impl ImageHistory {
         Self { hashes: hash(&first).into_iter().collect(), last: first, mask: StationaryMask::default() }
     }
 
-    /// Adds an image, and returns whether it shows what the camera sees now. `least_motion_px`: how far the ground has moved
-    /// in the image at least since the last one, by the aircraft's speed. An image with the very pixels of an earlier one is
-    /// a copy at any speed: a sensor has noise.
-    pub fn add(&mut self, image: &Arc<Gray>, least_motion_px: f64) -> bool {
+    /// What stands still in all images.
+    pub fn mask(&self) -> &StationaryMask {
+        &self.mask
+    }
+
+    /// Adds an image that was taken from a height, metres, and returns what it is good for. `least_motion_m`: how far the aircraft
+    /// has moved at least since the last image.
+    pub fn add(&mut self, image: &FlightImage, height_m: f64, least_motion_m: f64) -> ImageUse {
+        let Ok(camera) = image.camera(height_m) else { return ImageUse::Nothing };
+        let shows_now = self.add_pixels(&image.gray, least_motion_m / camera.gsd_m_per_px());
+        if shows_now { ImageUse::All } else { ImageUse::Nothing }
+    }
+
+    /// Whether the pixels show what the camera sees now. `least_motion_px`: how far the ground has moved in the image at least
+    /// since the last one. An image with the very pixels of an earlier one is a copy at any speed: a sensor has noise.
+    fn add_pixels(&mut self, image: &Arc<Gray>, least_motion_px: f64) -> bool {
         let is_copy = hash(image).is_some_and(|hash| !self.hashes.insert(hash));
         let last = std::mem::replace(&mut self.last, image.clone());
-        if is_copy || least_motion_px < LEAST_MOTION_PX {
-            return !is_copy;
+        if is_copy {
+            return false;
         }
         let Some(compared) = StillBlocks::compare(&last, image) else { return true };
         let share = compared.still_share(&self.mask.masked());
-        if share < FROZEN_SHARE {
-            self.mask.add(&compared);
+        if share > FROZEN_SHARE {
+            return least_motion_px < LEAST_MOTION_PX;
         }
+        // A part moves and a part stands still, which no motion of the camera explains.
+        self.mask.add(&compared);
         share <= MOST_STILL_SHARE
     }
 }
@@ -77,23 +103,23 @@ mod tests {
     #[test]
     fn a_copy_of_any_earlier_image_is_no_view_of_the_ground() {
         let mut history = ImageHistory::new(image(0));
-        assert!(history.add(&image(1), 0.0) && history.add(&image(2), 37.0));
-        assert!(!history.add(&image(2), 0.0) && !history.add(&image(0), 37.0));
-        assert!(history.add(&image(3), 37.0));
+        assert!(history.add_pixels(&image(1), 0.0) && history.add_pixels(&image(2), 37.0));
+        assert!(!history.add_pixels(&image(2), 0.0) && !history.add_pixels(&image(0), 37.0));
+        assert!(history.add_pixels(&image(3), 37.0));
     }
 
     #[test]
     fn a_nearly_equal_image_is_a_fault_where_the_aircraft_moves() {
         let mut history = ImageHistory::new(image(0));
-        assert!(!history.add(&brighter(&image(0)), 30.0));
+        assert!(!history.add_pixels(&brighter(&image(0)), 30.0));
         let mut hovering = ImageHistory::new(image(0));
-        assert!(hovering.add(&brighter(&image(0)), 0.0));
+        assert!(hovering.add_pixels(&brighter(&image(0)), 0.0));
     }
 
     #[test]
     fn black_images_are_not_copies() {
         let black = Arc::new(Gray::filled(240, 180, 0.0));
         let mut history = ImageHistory::new(black.clone());
-        assert!(history.add(&black, 30.0) && history.add(&black, 30.0));
+        assert!(history.add_pixels(&black, 30.0) && history.add_pixels(&black, 30.0));
     }
 }

@@ -3,7 +3,9 @@
 use super::error::NavigateError;
 use super::filter::NavigationFilter;
 use super::flight_image::FlightImage;
-use super::measurements::{OdometryStep, SensorReading, SensorSigmas};
+use super::flight_limits::Manoeuvre;
+use super::measurements::{OdometryStep, SensorReading};
+use super::options::NavigateOptions;
 use super::velocity::Velocity;
 
 /// An image and the filter at its time.
@@ -18,6 +20,8 @@ struct Keyframe {
 #[derive(Debug, Clone)]
 pub struct Keyframes {
     last: Keyframe,
+    /// Whether a fix has moved the filter since the last keyframe, so that no step can begin there.
+    is_outdated: bool,
     /// The last registered image, where the last image was not registered.
     last_registered: Option<Keyframe>,
 }
@@ -49,24 +53,33 @@ const MAX_AGE_INTERVALS: f64 = 4.5;
 impl Keyframes {
     /// Starts with the first image.
     pub fn new(image: FlightImage, filter: NavigationFilter) -> Self {
-        Self { last: Keyframe { image, filter }, last_registered: None }
+        Self { last: Keyframe { image, filter }, is_outdated: false, last_registered: None }
     }
 
     /// Registers an image. Where the step begins at an earlier image than the last, the filter at that image comes with it.
+    /// `last_s`: the time of the last image, whether it is a keyframe or not.
     ///
     /// # Errors
     /// Where the image's camera is invalid.
     pub fn step_to(
         &self,
         image: &FlightImage,
+        last_s: f64,
         velocity: Velocity,
-        sensors: &SensorSigmas,
+        options: &NavigateOptions,
     ) -> Result<KeyframeStep, NavigateError> {
-        let from_last = self.last.step_to(image, velocity, sensors)?;
+        let interval_s = image.time_s - last_s;
+        let is_last = self.last.image.time_s == last_s;
+        let is_usable = is_last || !self.is_outdated && !self.last.is_stale(image.time_s, interval_s);
+        let mut from_last =
+            if is_usable { self.last.step_to(image, velocity, options)? } else { KeyframeStep::None };
+        if let KeyframeStep::Motion { from, .. } = &mut from_last {
+            *from = (!is_last).then(|| self.last.filter.clone());
+        }
         // The registered image is better: its position is. But what contradicts the last image is no measurement.
         if let (Some(registered), KeyframeStep::Motion { .. } | KeyframeStep::None) =
             (&self.last_registered, &from_last)
-            && let KeyframeStep::Motion { step, reading, .. } = registered.step_to(image, velocity, sensors)?
+            && let KeyframeStep::Motion { step, reading, .. } = registered.step_to(image, velocity, options)?
         {
             return Ok(KeyframeStep::Motion { step, from: Some(registered.filter.clone()), reading });
         }
@@ -76,34 +89,49 @@ impl Keyframes {
     /// Adds an image that follows the image before by `interval_s`; `is_registered` where it was registered against a keyframe.
     pub fn add(&mut self, image: FlightImage, filter: NavigationFilter, is_registered: bool, interval_s: f64) {
         let before = std::mem::replace(&mut self.last, Keyframe { image, filter });
+        self.is_outdated = false;
         self.last_registered = if is_registered { None } else { self.last_registered.take().or(Some(before)) };
-        let is_stale = |k: &Keyframe| self.last.image.time_s - k.image.time_s > MAX_AGE_INTERVALS * interval_s;
-        if self.last_registered.as_ref().is_some_and(is_stale) {
+        let now_s = self.last.image.time_s;
+        if self.last_registered.as_ref().is_some_and(|k| k.is_stale(now_s, interval_s)) {
             self.last_registered = None;
         }
     }
 
-    /// Replaces the filter at the last image after a fix; filters at earlier images are outdated and dropped.
-    pub fn set_filter(&mut self, filter: &NavigationFilter) {
+    /// Replaces the filter at the last image, whose time is `last_s`, after a fix; filters at earlier images are outdated.
+    pub fn set_filter(&mut self, filter: &NavigationFilter, last_s: f64) {
+        self.is_outdated = self.last.image.time_s != last_s;
         self.last.filter = filter.clone();
         self.last_registered = None;
     }
 }
 
 impl Keyframe {
+    fn is_stale(&self, now_s: f64, interval_s: f64) -> bool {
+        now_s - self.image.time_s > MAX_AGE_INTERVALS * interval_s
+    }
+
     fn step_to(
         &self,
         image: &FlightImage,
         velocity: Velocity,
-        sensors: &SensorSigmas,
+        options: &NavigateOptions,
     ) -> Result<KeyframeStep, NavigateError> {
-        let Some(step) = self.image.step_to(image, sensors)? else { return Ok(KeyframeStep::None) };
+        let Some(step) = self.image.step_to(image)? else { return Ok(KeyframeStep::None) };
         let elapsed_s = image.time_s - self.image.time_s;
-        if let Some(off_m) = velocity.contradiction_m(&self.filter, &step, elapsed_s) {
+        let mut reading = image.reading;
+        if !self.image.agrees_with_compass(image, &step, &options.sensors) {
+            let most = Manoeuvre::largest(options, velocity.speed_mps(), self.filter.height_m(), elapsed_s);
+            if step.turn_rad.abs() > most.turn_rad {
+                return Ok(KeyframeStep::None);
+            }
+            // The aircraft can fly this turn, and many keypoints show it: the compass is wrong.
+            reading.heading_rad = f64::NAN;
+        }
+        let sway_m = image.sway_sigma_ratio(elapsed_s, step.turn_rad) * self.filter.height_m();
+        if let Some(off_m) = velocity.contradiction_m(&self.filter, &step, elapsed_s, sway_m) {
             return Ok(KeyframeStep::Unflyable { off_m });
         }
-        let mut reading = image.reading;
-        if self.image.contradicts_altimeter(image, &step, sensors) {
+        if self.image.contradicts_altimeter(image, &step, &options.sensors) {
             reading.height_m = f64::NAN;
         }
         Ok(KeyframeStep::Motion { step, from: None, reading })

@@ -64,9 +64,9 @@ pub struct OdometryStep {
 /// What a fix measures, as the navigation filter takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixMeasurement {
-    /// The point straight below the camera.
+    /// The point that the stated attitude puts straight below the camera.
     pub position: Geodetic,
-    /// Covariance of the position.
+    /// Covariance of the position without the error of the attitude, which is common to all fixes.
     pub covariance: EnuCovariance,
     /// Heading.
     pub heading: Heading,

@@ -18,6 +18,7 @@ mod keyframes;
 mod measurements;
 mod navigator;
 mod options;
+mod pending_registration;
 mod position;
 mod search_widening;
 mod time_update;

@@ -6,10 +6,10 @@ use super::flight_image::FlightImage;
 use super::flight_limits::Manoeuvre;
 use super::hypotheses::{Hypotheses, ImageUpdate};
 use super::image_clock::{ImageClock, ImageTime};
-use super::image_history::ImageHistory;
+use super::image_history::{ImageHistory, ImageUse};
 use super::keyframes::{KeyframeStep, Keyframes};
-use super::measurements::FixMeasurement;
 use super::options::NavigateOptions;
+use super::pending_registration::PendingRegistration;
 use super::position::{Position, PositionSource};
 use super::search_widening::SearchWidening;
 use super::time_update::TimeUpdate;
@@ -20,8 +20,6 @@ use overfly_core::coupling::Mode;
 use overfly_core::geodesy::Geodetic;
 use overfly_store::Reader;
 
-/// A fix outside the gate starts an alternative filter only where it is at least this sure.
-const SURE_LOG10_FALSE_ALARMS: f64 = -9.0;
 /// Images not farther apart than this many of the last interval are consecutive.
 const CONSECUTIVE_INTERVALS: f64 = 1.5;
 
@@ -64,6 +62,10 @@ pub struct Navigator<'a> {
     unaided_velocity: Velocity,
     /// The time of the last image with an accepted fix, and the filter there after the update.
     last_fix: Option<(f64, NavigationFilter)>,
+    /// One standard deviation per axis of the nadir by the last image's attitude, as a ratio of the height. Registration measures
+    /// the ground under the image's centre, and the filters estimate the point that the stated attitude puts straight
+    /// below it. The attitude's error is common to all images, so no number of fixes reduces it.
+    tilt_sigma_ratio: f64,
     widening: SearchWidening,
     /// An absolute registration whose result is not due yet.
     pending: Option<PendingRegistration>,
@@ -75,34 +77,11 @@ pub struct Navigator<'a> {
     before_pause: Option<Box<Self>>,
 }
 
-/// An absolute registration that began at an image: a delayed measurement.
-#[derive(Clone)]
-struct PendingRegistration {
-    done_s: f64,
-    answer: Answer,
-    image: FlightImage,
-    /// The filters at that image.
-    hypotheses: Hypotheses,
-    /// The time updates since that image.
-    updates: Vec<ImageUpdate>,
-}
-
 /// The outcome of an absolute registration.
 struct Searched {
     tiles: usize,
     nominal_count: f64,
     fix: Option<Fix>,
-}
-
-/// What an image is good for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Use {
-    /// Relative and absolute registration.
-    All,
-    /// Only the next image is compared with it: its motion is not what the aircraft flies.
-    Comparison,
-    /// Nothing: it does not show what the camera sees now.
-    Nothing,
 }
 
 impl<'a> Navigator<'a> {
@@ -119,7 +98,10 @@ impl<'a> Navigator<'a> {
         let clock = ImageClock::new(first.time_s);
         first.time_s = clock.last_s();
         first.reading = first.reading.plausible();
-        let filter = NavigationFilter::new(start, options.start_sigma_m, first.reading, &options.sensors);
+        let tilt_sigma_ratio = first.tilt_sigma_ratio();
+        let tilt_m = tilt_sigma_ratio * if first.reading.height_m.is_finite() { first.reading.height_m } else { 0.0 };
+        let start_sigma_m = options.start_sigma_m.hypot(tilt_m);
+        let filter = NavigationFilter::new(start, start_sigma_m, first.reading, &options.sensors);
         let mut navigator = Self {
             store,
             options,
@@ -130,13 +112,14 @@ impl<'a> Navigator<'a> {
             velocity: Velocity::new(options),
             unaided_velocity: Velocity::new(options),
             last_fix: None,
+            tilt_sigma_ratio,
             widening: SearchWidening::default(),
             pending: None,
             images_since_absolute: usize::MAX - 1,
             busy_until_s: f64::NEG_INFINITY,
             before_pause: None,
         };
-        let image_use = if first.camera(1.0).is_ok() { Use::All } else { Use::Nothing };
+        let image_use = if first.camera(1.0).is_ok() { ImageUse::All } else { ImageUse::Nothing };
         let position = navigator.register(&first, 0, image_use)?;
         Ok((navigator, position))
     }
@@ -154,11 +137,16 @@ impl<'a> Navigator<'a> {
             ImageTime::Wrong { elapsed_s } => return Ok(self.position_at_wrong_time(stated_s, elapsed_s)),
         };
         image.time_s = time_s;
+        self.tilt_sigma_ratio = image.tilt_sigma_ratio();
         self.finish_pending(time_s)?;
-        let usable = self.usable(&image, elapsed_s);
-        let relative_count = usize::from(self.uses_odometry(&image) && usable == Use::All);
+        let least_motion_m = self.velocity.least_distance_m(elapsed_s);
+        let usable = self.images.add(&image, self.hypotheses.filter().height_m(), least_motion_m);
+        if let Some(filled) = self.images.mask().filled(&image.gray) {
+            image.gray = filled.into();
+        }
+        let relative_count = usize::from(self.uses_odometry(&image) && usable == ImageUse::All);
         let (image_use, is_registered) = self.predict(&mut image, elapsed_s, usable)?;
-        if image_use != Use::Nothing {
+        if image_use != ImageUse::Nothing {
             let filter = self.hypotheses.filter().clone();
             self.keyframes.add(image.clone(), filter, is_registered, elapsed_s);
         }
@@ -190,19 +178,8 @@ impl<'a> Navigator<'a> {
     /// The answer for an image whose time is wrong: the last position, and every place that the aircraft can have reached
     /// since.
     fn position_at_wrong_time(&self, stated_s: f64, elapsed_s: f64) -> Position {
-        let position = self.position(stated_s, PositionSource::Lost);
-        let reach_m2 = (self.velocity.speed_mps() * elapsed_s).powi(2);
-        let mut covariance = position.covariance;
-        covariance.ee_m2 += reach_m2;
-        covariance.nn_m2 += reach_m2;
-        Position { covariance, ..position }
-    }
-
-    /// Whether the image shows what a valid camera sees now.
-    fn usable(&mut self, image: &FlightImage, elapsed_s: f64) -> Use {
-        let Ok(camera) = image.camera(self.hypotheses.filter().height_m()) else { return Use::Nothing };
-        let least_motion_px = self.velocity.least_distance_m(elapsed_s) / camera.gsd_m_per_px();
-        if self.images.add(&image.gray, least_motion_px) { Use::All } else { Use::Nothing }
+        let reach_m = self.velocity.speed_mps() * elapsed_s;
+        self.position(stated_s, PositionSource::Lost).widened(reach_m)
     }
 
     /// Whether this image is registered against a keyframe.
@@ -216,21 +193,25 @@ impl<'a> Navigator<'a> {
         &mut self,
         image: &mut FlightImage,
         elapsed_s: f64,
-        usable: Use,
-    ) -> Result<(Use, bool), NavigateError> {
+        usable: ImageUse,
+    ) -> Result<(ImageUse, bool), NavigateError> {
         let (options, sensors) = (self.options, &self.options.sensors);
         let filter = self.hypotheses.filter();
         let most = Manoeuvre::largest(options, self.velocity.speed_mps(), filter.height_m(), elapsed_s);
         let of_unaided = self.hypotheses.unaided().gated(image.reading, sensors, most);
         image.reading = filter.gated(image.reading, sensors, most);
-        let step = if usable == Use::All && self.uses_odometry(image) {
-            self.keyframes.step_to(image, self.velocity, sensors)?
+        let step = if usable == ImageUse::All && self.uses_odometry(image) {
+            self.keyframes.step_to(image, image.time_s - elapsed_s, self.velocity, options)?
         } else {
             KeyframeStep::None
         };
-        let unaided = self.unaided_velocity.dead_reckon(self.hypotheses.unaided(), of_unaided, elapsed_s, options);
-        let reckoned =
-            |velocity: &mut Velocity| velocity.dead_reckon(self.hypotheses.filter(), image.reading, elapsed_s, options);
+        let read = image.reading;
+        let turn_rad = read.heading_rad - filter.compass_offset_rad() - filter.heading().radians();
+        let sway_m = image.sway_sigma_ratio(elapsed_s, turn_rad) * filter.height_m();
+        let reckon = |velocity: &mut Velocity, from: &NavigationFilter, reading| {
+            velocity.dead_reckon(from, reading, elapsed_s, options).widened(sway_m)
+        };
+        let unaided = reckon(&mut self.unaided_velocity, self.hypotheses.unaided(), of_unaided);
         match step {
             // While fixes contradict the filter, only the last image is compared.
             KeyframeStep::Motion { step, from, reading } if from.is_none() || !self.hypotheses.is_contradicted() => {
@@ -243,15 +224,15 @@ impl<'a> Navigator<'a> {
                 if is_from_last && !self.hypotheses.is_contradicted() {
                     self.velocity = self.velocity.measured(&before, self.hypotheses.filter(), elapsed_s);
                 }
-                Ok((Use::All, true))
+                Ok((ImageUse::All, true))
             }
             KeyframeStep::Unflyable { off_m } => {
-                let aided = reckoned(&mut self.velocity).widened(off_m);
+                let aided = reckon(&mut self.velocity, self.hypotheses.filter(), read).widened(off_m);
                 self.apply(ImageUpdate { aided, unaided, is_unflyable: true }, None)?;
-                Ok((Use::Comparison, false))
+                Ok((ImageUse::Comparison, false))
             }
             KeyframeStep::Motion { .. } | KeyframeStep::None => {
-                let aided = reckoned(&mut self.velocity);
+                let aided = reckon(&mut self.velocity, self.hypotheses.filter(), read);
                 self.apply(ImageUpdate { aided, unaided, is_unflyable: false }, None)?;
                 Ok((usable, false))
             }
@@ -277,12 +258,12 @@ impl<'a> Navigator<'a> {
         &mut self,
         image: &FlightImage,
         relative_count: usize,
-        image_use: Use,
+        image_use: ImageUse,
     ) -> Result<Position, NavigateError> {
         let now_s = image.time_s;
         let mut searched = None;
         let is_free = self.pending.is_none() && now_s >= self.busy_until_s;
-        if is_free && image_use == Use::All && self.is_absolute_due() {
+        if is_free && image_use == ImageUse::All && self.is_absolute_due() {
             searched = self.begin_absolute(image, now_s)?;
             let done_s = self.pending.as_ref().map_or(now_s, |p| p.done_s);
             if self.waits(done_s, image) {
@@ -291,7 +272,7 @@ impl<'a> Navigator<'a> {
             }
         }
         let is_fixed = self.last_fix.as_ref().is_some_and(|(time_s, _)| *time_s == now_s);
-        let source = match (self.hypotheses.is_lost() || image_use == Use::Comparison, is_fixed) {
+        let source = match (self.hypotheses.is_lost() || image_use == ImageUse::Comparison, is_fixed) {
             (true, _) => PositionSource::Lost,
             (false, true) => PositionSource::Absolute,
             (false, false) => PositionSource::Propagated,
@@ -309,23 +290,8 @@ impl<'a> Navigator<'a> {
 
     /// The position by the filters, without the registrations of an image.
     fn position(&self, time_s: f64, source: PositionSource) -> Position {
-        let filter = self.hypotheses.filter();
-        Position {
-            time_s,
-            source,
-            position: filter.position(),
-            heading_rad: filter.heading().radians(),
-            heading_sigma_rad: filter.heading_sigma_rad(),
-            covariance: self.hypotheses.position_covariance(),
-            height_scale: filter.height_scale(),
-            height_scale_sigma_ratio: filter.height_scale_sigma_ratio(),
-            fix_age_s: self.last_fix.as_ref().map(|(fix_s, _)| self.clock.last_s() - fix_s),
-            tiles_searched: 0,
-            nominal_count: 0.0,
-            relative_count: 0,
-            absolute_count: 0,
-            fix: None,
-        }
+        let fix_age_s = self.last_fix.as_ref().map(|(fix_s, _)| self.clock.last_s() - fix_s);
+        Position::of_filters(&self.hypotheses, self.tilt_sigma_ratio, time_s, source, fix_age_s)
     }
 
     fn is_absolute_due(&self) -> bool {
@@ -400,11 +366,8 @@ impl<'a> Navigator<'a> {
 
     /// Updates the filters with a fix, as they were at the image of the fix, and applies the time updates since.
     fn update_fix(&mut self, fix: &Fix, pending: &PendingRegistration) -> Result<(), NavigateError> {
-        let measurement = measurement(fix, &pending.image)?;
-        let is_sure = fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS);
         let sensors = &self.options.sensors;
-        let mut hypotheses = pending.hypotheses.clone();
-        let is_accepted = hypotheses.update_fix(&measurement, is_sure, pending.image.reading, sensors)?;
+        let (mut hypotheses, is_accepted) = pending.updated(fix, sensors)?;
         if is_accepted {
             self.widening.reset();
             self.velocity = self.velocity_from_fixes(hypotheses.filter(), pending.image.time_s);
@@ -413,7 +376,7 @@ impl<'a> Navigator<'a> {
         }
         pending.updates.iter().try_for_each(|update| hypotheses.predict(update, sensors))?;
         if is_accepted || hypotheses.is_contradicted() {
-            self.keyframes.set_filter(hypotheses.filter());
+            self.keyframes.set_filter(hypotheses.filter(), self.clock.last_s());
         }
         self.hypotheses = hypotheses;
         Ok(())
@@ -431,17 +394,4 @@ impl<'a> Navigator<'a> {
             _ => self.velocity,
         }
     }
-}
-
-/// The fix as the filter takes it. The fix's ground sample distance is a height through the image's own camera.
-fn measurement(fix: &Fix, image: &FlightImage) -> Result<FixMeasurement, NavigateError> {
-    let gsd_per_height = image.camera(1.0)?.gsd_m_per_px();
-    Ok(FixMeasurement {
-        position: fix.position,
-        covariance: fix.covariance,
-        heading: fix.heading,
-        heading_sigma_rad: fix.heading_sigma_rad,
-        log_height: (fix.gsd_m_per_px / gsd_per_height).ln(),
-        log_height_sigma: fix.scale_sigma_ratio,
-    })
 }

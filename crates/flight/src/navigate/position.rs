@@ -1,5 +1,6 @@
 //! `Position`: the navigator's output for one image.
 
+use super::hypotheses::Hypotheses;
 use crate::locate::Fix;
 use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use serde::Serialize;
@@ -59,4 +60,42 @@ pub struct Position {
     pub absolute_count: usize,
     /// The fix of the absolute registration that began at this image, whether the filter accepts it or not.
     pub fix: Option<Fix>,
+}
+
+impl Position {
+    /// The position by the filters of a flight, without the registrations of an image. `tilt_sigma_ratio`: one standard deviation
+    /// per axis of the point that the stated attitude puts straight below the camera, as a ratio of the height.
+    pub(super) fn of_filters(
+        hypotheses: &Hypotheses,
+        tilt_sigma_ratio: f64,
+        time_s: f64,
+        source: PositionSource,
+        fix_age_s: Option<f64>,
+    ) -> Self {
+        let filter = hypotheses.filter();
+        let unwidened = Self {
+            time_s,
+            source,
+            position: filter.position(),
+            heading_rad: filter.heading().radians(),
+            heading_sigma_rad: filter.heading_sigma_rad(),
+            covariance: hypotheses.position_covariance(),
+            height_scale: filter.height_scale(),
+            height_scale_sigma_ratio: filter.height_scale_sigma_ratio(),
+            fix_age_s,
+            tiles_searched: 0,
+            nominal_count: 0.0,
+            relative_count: 0,
+            absolute_count: 0,
+            fix: None,
+        };
+        unwidened.widened(tilt_sigma_ratio * filter.height_m())
+    }
+
+    /// The position with another source of error, one standard deviation per axis, metres.
+    pub(super) fn widened(mut self, by_m: f64) -> Self {
+        self.covariance.ee_m2 += by_m.powi(2);
+        self.covariance.nn_m2 += by_m.powi(2);
+        self
+    }
 }

@@ -55,7 +55,14 @@ impl Velocity {
     }
 
     /// How far a step leads from where the velocity leads, metres, where no aircraft can fly it; `None` where one can.
-    pub fn contradiction_m(self, from: &NavigationFilter, step: &OdometryStep, elapsed_s: f64) -> Option<f64> {
+    /// `sway_m`: one standard deviation of what changes of the attitude's error add to the step.
+    pub fn contradiction_m(
+        self,
+        from: &NavigationFilter,
+        step: &OdometryStep,
+        elapsed_s: f64,
+        sway_m: f64,
+    ) -> Option<f64> {
         let [right_m, ahead_m] = step.per_height.map(|v| v * from.height_m());
         let heading_rad = from.heading().radians();
         let moved = BodyFrame::from_heading_rad(heading_rad).enu_from_body(BodyOffset { right_m, ahead_m });
@@ -63,7 +70,7 @@ impl Velocity {
         let off_m = (moved.east_m - expected.east_m).hypot(moved.north_m - expected.north_m);
         // The stated velocity is no measurement: any possible speed may turn out to be the true one.
         let is_flyable = is_possible_speed(moved.length_m() / elapsed_s)
-            && (!self.is_measured || off_m <= self.allowance_m(from, elapsed_s));
+            && (!self.is_measured || off_m <= self.allowance_m(from, elapsed_s) + GATE_SIGMAS * sway_m);
         (!is_flyable).then_some(off_m)
     }
 

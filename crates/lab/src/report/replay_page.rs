@@ -1,5 +1,6 @@
 //! The page of a replayed flight: the track over the map and the registrations, mode by mode.
 
+use overfly_flight::navigate::PositionSource;
 use super::data_url::data_url;
 use super::flight_map::{rotation, tenth, track};
 use super::html::{Card, Page, cards, figure, number, with_unit};
@@ -18,7 +19,7 @@ pub fn replay_html(title: &str, mosaic: &Mosaic, modes: &[ReplayedFlight]) -> St
     let map = FlightMap { mosaic, factor: factor as f64, size, background: data_url(&picture, 78) };
     let introduction = html! {
         "Every position comes from images, compass and altimeter alone, in a closed loop. The truth starts the flight and scores it. The "
-        "true track is white and dashed; a position with a fix of its own image is green, one that was propagated is violet. Ellipses "
+        "true track is white and dashed; a position with a fix of its own image is green, one that was propagated is violet, one in doubt is orange. Ellipses "
         "hold 95\u{a0}%."
     };
     let body = html! { @for flown in modes { (section(flown, map.draw(flown.outcomes))) } };
@@ -85,7 +86,11 @@ impl FlightMap<'_> {
         let ellipse = o.position.covariance.ellipse_95();
         let [long, short] = [ellipse.semi_major_m, ellipse.semi_minor_m].map(|a| tenth((a * scale).min(most)));
         let turn = rotation(-ellipse.semi_major_from_east_rad.to_degrees(), at);
-        let colour = if o.position.fix_age_s == Some(0.0) { "#169688" } else { "#785abe" };
+        let colour = match o.position.source {
+            PositionSource::Absolute => "#169688",
+            PositionSource::Propagated => "#785abe",
+            PositionSource::Lost => "#c8501e",
+        };
         let [x, y] = at.map(tenth);
         html! {
             ellipse cx=(x) cy=(y) rx=(long) ry=(short) transform=(turn) fill=(colour) fill-opacity="0.12" stroke=(colour) {}

@@ -105,7 +105,7 @@ fn name(path: &Path) -> String {
 }
 
 /// The mean of the Poisson distribution under which `seen` or fewer events have a probability of 5 % (3.0 for none).
-fn poisson_bound(seen: usize) -> f64 {
+pub fn poisson_bound(seen: usize) -> f64 {
     let at_most = |mean: f64| {
         let mut term = (-mean).exp();
         let mut sum = term;

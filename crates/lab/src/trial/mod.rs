@@ -32,6 +32,7 @@ mod recorded_flight;
 mod relative_cost;
 mod relative_laws;
 mod relative_sample;
+mod rival_pairs;
 pub mod simulation;
 
 pub use calibration::{Calibrated, calibration_toml};
@@ -68,4 +69,5 @@ pub use quantiles::Quantiles;
 pub use recorded_flight::{RecordedFlight, RecordedFrame};
 pub use relative_cost::{CutImage, OVERLAPS_PERCENT, RelativeMeasurement, RelativeTrial};
 pub use relative_laws::{DescriptorRow, RelativeLaws};
+pub use rival_pairs::{RivalPairKind, RivalPairScore, RivalPairTrial};
 pub use relative_sample::{Drifts, RelativeSample, StepTimes, samples_csv};

@@ -8,7 +8,7 @@ use crate::cli::output::Output;
 use overfly_core::registration::relative::MotionAnswer;
 use overfly_lab::trial::{
     ImagePairs, Leg, LegScore, LegSensorSigmas, MirroredPairScore, MirroredPairTrial, MotionScore, Quantiles,
-    RecordedFlight, run_legs, run_motions, write_motions,
+    RecordedFlight, RivalPairTrial, run_legs, run_motions, write_motions,
 };
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,12 @@ run); the scale is compared with the ratio of heights, the displacement with the
 
 --mirrored: views of these photos against mirrored views. They share no ground, so every accepted motion is false.
 
+--rivals: pairs of known motion over ground that repeats itself (stripes, dots, checkers, orchards, solar rows and others, alone, mixed with
+a photo, or as a block in it), copies of an image where the camera has moved, and overlays, dust and wings that stand still. A motion
+that is off by more than 1 px is false.
+
 Examples:
+  overfly evaluate motions --rivals photos/*.jpg --trials 2000
   overfly evaluate motions --pairs pairs.csv --out scored
   overfly evaluate motions --flight flights/0716
   overfly evaluate motions --mirrored photos/*.jpg --trials 2000 --seed 1";
@@ -30,7 +35,7 @@ Examples:
 /// Arguments of `evaluate motions`.
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
-#[command(group = clap::ArgGroup::new("what").required(true).args(["pairs", "flight", "mirrored"]))]
+#[command(group = clap::ArgGroup::new("what").required(true).args(["pairs", "flight", "mirrored", "rivals"]))]
 pub struct Args {
     /// Pairs of known motion: the table.
     #[arg(long, value_name = "FILE")]
@@ -41,10 +46,13 @@ pub struct Args {
     /// Pairs that share no ground, cut from these photos.
     #[arg(long, value_name = "PHOTO", num_args = 1..)]
     mirrored: Vec<PathBuf>,
-    /// Number of pairs, with --mirrored.
+    /// Pairs that more than one motion seems to explain, made of these photos.
+    #[arg(long, value_name = "PHOTO", num_args = 1..)]
+    rivals: Vec<PathBuf>,
+    /// Number of pairs, with --mirrored and --rivals.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     trials: usize,
-    /// Seed of the views, with --mirrored: equal seeds give equal views.
+    /// Seed of the views, with --mirrored and --rivals: equal seeds give equal views.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// One standard deviation of the flight's positions per axis, metres.
@@ -69,6 +77,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match (&args.pairs, &args.flight) {
         (Some(pairs), _) => on_pairs(args, pairs, output),
         (None, Some(flight)) => on_flight(args, flight, output),
+        (None, None) if !args.rivals.is_empty() => on_rival_pairs(args, output),
         (None, None) => on_mirrored_pairs(args, output),
     }
 }
@@ -157,6 +166,26 @@ fn on_mirrored_pairs(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let score = trial.run(|| bar.inc(1))?;
     bar.finish_and_clear();
     output.say(&score, || mirrored_pairs_text(&score));
+    Ok(Exit::Done)
+}
+
+fn on_rival_pairs(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let trial = RivalPairTrial { photos: args.rivals.clone(), trials: args.trials, seed: args.seed };
+    let bar = output.progress(trial.trials as u64, "pairs");
+    let scores = trial.run(args.threads.get(), || bar.inc(1))?;
+    bar.finish_and_clear();
+    for score in &scores {
+        output.say(score, || {
+            format!(
+                "{:<22} {:>6} pairs {:>6} right {:>4} false (with 95 % confidence below {:.2} %)",
+                score.kind,
+                score.pairs,
+                score.right,
+                score.wrong,
+                100.0 * score.probability_below
+            )
+        });
+    }
     Ok(Exit::Done)
 }
 

@@ -31,6 +31,8 @@ pub struct KeypointConsensus {
     pub inliers: usize,
     /// Matches in the overlap that the similarity implies, without those of a surface above the ground.
     pub in_overlap: usize,
+    /// Matches of a surface above the ground, in order.
+    pub above: Vec<usize>,
     /// log10 of the number of false alarms: how many consensuses as large are expected by chance.
     pub log10_false_alarms: f64,
     /// How the consensus was found.
@@ -101,6 +103,7 @@ fn assess(
         precision: Precision::from_covariance(&a_from_b, &covariance),
         inliers: fit.inliers.len(),
         in_overlap: (0..matches.len()).filter(is_shared).count(),
+        above: above.to_vec(),
         log10_false_alarms: log10_false_alarms(matches, &fit.inliers, frames.size_of_a.x * frames.size_of_a.y),
         search,
     }

@@ -1,7 +1,7 @@
 //! Relative registration: the motion between two frames.
 //!
 //! Keypoints find the motion under any rotation ([`consensus`]). The brightness of the ground that both frames see then makes
-//! the motion exact, and confirms it ([`alignment`]). [`register()`] does both.
+//! the motion exact, and confirms it ([`alignment`]). A motion with a rival is none (`repetition`). [`register()`] does all three.
 
 pub mod alignment;
 mod binomial;
@@ -13,6 +13,7 @@ mod motion;
 mod normal_equations;
 mod parallax;
 mod register;
+mod repetition;
 mod template;
 #[cfg(test)]
 mod tests;

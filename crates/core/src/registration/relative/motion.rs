@@ -35,6 +35,10 @@ pub enum NoMotionReason {
     Contradicted,
     /// The correspondences agree on a scale that the prior excludes.
     OtherScale,
+    /// Another motion explains the pair nearly as well: ground that repeats itself, or an overlay that stands still.
+    Ambiguous,
+    /// Both images have the very same pixels: a copy, which no sensor takes twice.
+    IdenticalImages,
 }
 
 /// A similarity that takes a point of image b to image a, pixels counted from the corner.

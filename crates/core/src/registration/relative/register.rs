@@ -4,6 +4,7 @@ use super::alignment::{Aligned, align};
 use super::consensus::{FrameSizes, KeypointConsensus, find_consensus};
 use super::keypoint_match::KeypointMatch;
 use super::motion::{Motion, MotionAnswer, MotionPrior, NoMotionReason};
+use super::repetition::{RivalComparison, strongest_rival};
 use crate::feature::keypoint::{KeypointOptions, describe_frame, match_mutual};
 use crate::pixels::Gray;
 use crate::registration::similarity::{Precision, Similarity};
@@ -46,6 +47,10 @@ pub const MOST_EDGE_PX: f64 = 720.0;
 /// Equations 32 to 36 of the paper, over many matches; the final alignment is that of Lucas and Kanade (IJCAI 1981) for a
 /// similarity with gain and offset.
 pub fn register(a: &Gray, b: &Gray, prior: &MotionPrior) -> MotionAnswer {
+    if a == b {
+        let detail = "both images have the very same pixels".to_owned();
+        return MotionAnswer::NoMotion { reason: NoMotionReason::IdenticalImages, detail };
+    }
     let edge_px = |g: &Gray| ((g.width_px() * g.height_px()) as f64).sqrt();
     let factor = (edge_px(a).max(edge_px(b)) / MOST_EDGE_PX).ceil() as usize;
     let found = if factor <= 1 {
@@ -86,7 +91,11 @@ fn register_as_is(
     prior: &MotionPrior,
     centre_of_b: Vector2<f64>,
 ) -> Result<Accepted, MotionRejection> {
-    let found = attempt(a, b, &QUICK, centre_of_b).or_else(|_| attempt(a, b, &THOROUGH, centre_of_b))?;
+    let found = attempt(a, b, &QUICK, centre_of_b).or_else(|quick| match quick.reason {
+        // More keypoints don't make ground that repeats itself unique.
+        NoMotionReason::Ambiguous => Err(quick),
+        _ => attempt(a, b, &THOROUGH, centre_of_b),
+    })?;
     let scale = found.a_from_b.scale();
     match prior.scale.filter(|expected| (scale / expected).ln().abs() > SCALE_SLACK) {
         Some(expected) => {
@@ -115,7 +124,15 @@ fn attempt(
     let is_evident = verify_consensus(&consensus, matches.len())?;
     let aligned = align(a, b, &consensus.a_from_b, centre_of_b);
     let (a_from_b, precision) = choose(&consensus, aligned.as_ref(), is_evident)?;
-    let KeypointConsensus { inliers, log10_false_alarms, .. } = consensus;
+    let KeypointConsensus { inliers, log10_false_alarms, above, .. } = consensus;
+    let rival = strongest_rival(a, b, &a_from_b, centre_of_b, &matches, &above);
+    if let Some(RivalComparison { apart_px: [x, y], t }) = rival.filter(|rival| rival.is_ambiguous()) {
+        let detail = format!(
+            "{inliers} correspondences agree, but a motion {x:.0}, {y:.0} px away explains the images nearly as well ({t:.1} standard \
+             errors apart)"
+        );
+        return rejected(NoMotionReason::Ambiguous, detail);
+    }
     Ok(Accepted { a_from_b, precision, inliers, matches: matches.len(), log10_false_alarms })
 }
 

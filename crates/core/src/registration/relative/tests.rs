@@ -112,3 +112,62 @@ fn the_same_frames_give_the_same_bits() {
     let (a, b) = (frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0), frame(&turned(4.0, 1.05, 30.0, 10.0), 0.9));
     assert_eq!(register(&a, &b, &MotionPrior::default()), register(&a, &b, &MotionPrior::default()));
 }
+
+#[test]
+fn identical_images_are_a_copy_and_no_measurement() {
+    let a = frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0);
+    let MotionAnswer::NoMotion { reason, .. } = register(&a, &a.clone(), &MotionPrior::default()) else {
+        panic!("a motion of 0 was measured")
+    };
+    assert_eq!(reason, NoMotionReason::IdenticalImages);
+}
+
+/// Rows of trees with gaps, at a period in px, and a faint landscape beneath; no two frames have the same noise.
+fn orchard(shift: [f64; 2], period_px: f64, landscape_share: f32, noise: u32) -> Gray {
+    let mut state = noise;
+    let mut random = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1u32 << 24) as f32 - 0.5
+    };
+    let (w, h) = (320, 240);
+    let value = |i: usize| {
+        let (x, y) = ((i % w) as f64 + shift[0], (i / w) as f64 + shift[1]);
+        let near = |v: f64| (v / period_px - (v / period_px).round()) * period_px;
+        let tree = (-(near(x).powi(2) + near(y).powi(2)) / (0.05 * period_px * period_px)).exp() as f32;
+        150.0 - 90.0 * tree + landscape_share * (landscape(x, y) - 128.0) + 6.0 * random()
+    };
+    Gray::from_values(w, h, (0..w * h).map(value).collect()).unwrap()
+}
+
+#[test]
+fn ground_that_repeats_itself_gives_no_false_motion() {
+    for period_px in [16.0, 23.0, 40.0, 61.0] {
+        for (landscape_share, shift) in [(0.0, [70.0, 12.0]), (0.0, [31.0, 0.0]), (0.05, [95.0, 20.0])] {
+            let a = orchard([0.0, 0.0], period_px, landscape_share, 1);
+            let b = orchard(shift, period_px, landscape_share, 2);
+            if let MotionAnswer::Motion(m) = register(&a, &b, &MotionPrior::default()) {
+                let off = Vector2::from(m.displacement_px) - Vector2::from(shift);
+                assert!(off.norm() < 1.0, "period {period_px}, {landscape_share}: off by {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_overlay_that_stands_still_is_not_taken_for_the_ground() {
+    let overlay = |mut g: Gray| {
+        for (i, v) in g.values_mut().iter_mut().enumerate() {
+            let (x, y) = (i % 240, i / 240);
+            if y % 50 < 12 && (x / 5 * 7 + y / 4 * 3) % 5 < 2 {
+                *v = 250.0;
+            }
+        }
+        g
+    };
+    let truth = turned(0.0, 1.0, 45.0, 10.0);
+    let a = overlay(frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0));
+    let b = overlay(frame(&truth, 1.0));
+    if let MotionAnswer::Motion(m) = register(&a, &b, &MotionPrior::default()) {
+        assert!((Vector2::from(m.displacement_px) - truth.t).norm() < 1.0, "{:?}", m.displacement_px);
+    }
+}

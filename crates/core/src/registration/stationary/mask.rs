@@ -73,17 +73,45 @@ impl StationaryMask {
         })
     }
 
-    /// The image with a weight of 0 where the mask holds, else 1; `None` where nothing is masked.
-    pub fn weights(&self, width_px: usize, height_px: usize) -> Option<Gray> {
+    /// An image whose masked parts, and half a block around them, show nothing: they are filled smoothly from their surroundings.
+    /// `None` where nothing is masked.
+    pub fn filled(&self, image: &Gray) -> Option<Gray> {
         if self.is_empty() {
             return None;
         }
-        let value = |i: usize| {
-            let is_held = self.holds((i % width_px) as f64 + 0.5, (i / width_px) as f64 + 0.5);
-            if is_held { 0.0 } else { 1.0 }
-        };
-        Gray::from_values(width_px, height_px, (0..width_px * height_px).map(value).collect())
+        let (width, height) = (image.width_px(), image.height_px());
+        let mut weights = Gray::filled(width, height, 1.0);
+        let half = self.block_px / 2;
+        for (i, _) in self.counts.iter().enumerate().filter(|(_, c)| c.is_masked()) {
+            let (left, top) = (i % self.columns * self.block_px, i / self.columns * self.block_px);
+            let columns = left.saturating_sub(half).min(width)..(left + self.block_px + half).min(width);
+            for y in top.saturating_sub(half).min(height)..(top + self.block_px + half).min(height) {
+                weights.values_mut()[y * width..][columns.clone()].fill(0.0);
+            }
+        }
+        Some(filled_where(image, &weights))
     }
+}
+
+/// Fills the pixels of weight 0 from the means of their surroundings (pull and push over halved images).
+fn filled_where(image: &Gray, weights: &Gray) -> Gray {
+    let (width, height) = (image.width_px(), image.height_px());
+    if weights.values().iter().all(|w| *w > 0.0) || width < 2 || height < 2 {
+        return image.clone();
+    }
+    let mut weighted = image.clone();
+    weighted.values_mut().iter_mut().zip(weights.values()).for_each(|(v, w)| *v *= w);
+    let (sums, half_weights) = (weighted.binned(2), weights.binned(2));
+    let mut half = sums;
+    half.values_mut().iter_mut().zip(half_weights.values()).for_each(|(v, w)| *v = if *w > 0.0 { *v / w } else { 0.0 });
+    let half = filled_where(&half, &half_weights);
+    let mut filled = image.clone();
+    for (i, v) in filled.values_mut().iter_mut().enumerate() {
+        if weights.values()[i] <= 0.0 {
+            *v = half.sample(((i % width) as f64 + 0.5) / 2.0, ((i / width) as f64 + 0.5) / 2.0);
+        }
+    }
+    filled
 }
 
 impl Counts {
@@ -122,11 +150,12 @@ mod tests {
         assert!(mask(4, true).is_empty());
         let found = mask(8, true);
         assert!(found.holds(60.0, 45.0) && !found.holds(200.0, 150.0) && !found.holds(60.0, 120.0));
-        let weights = found.weights(240, 180).unwrap();
-        let masked = weights.values().iter().filter(|w| **w == 0.0).count();
+        let (seen, filled) = (frame(9, true), found.filled(&frame(9, true)).unwrap());
+        let changed = seen.values().iter().zip(filled.values()).filter(|(a, b)| a != b).count();
         // The overlay has 80 x 30 px; blocks of 12 px and half a block around them.
-        assert!((2400..2 * 2400 + 2400).contains(&masked), "{masked}");
-        assert!(mask(12, false).is_empty() && mask(12, false).weights(240, 180).is_none());
+        assert!((2400..3 * 2400).contains(&changed), "{changed}");
+        assert!(filled.at(60, 45) < 200.0 && filled.values().iter().all(|v| (0.0..256.0).contains(v)));
+        assert!(mask(12, false).is_empty() && mask(12, false).filled(&frame(3, false)).is_none());
     }
 
     #[test]

@@ -17,4 +17,5 @@ pub use score::{FlyScore, RunScore, SourceScore, SourceScores};
 pub use sequence_fault::SequenceFault;
 pub use sequences::{FaultScore, SequenceTrial};
 pub use table::write_positions;
+pub use tape::Drawing;
 pub use trial::FlyTrial;

@@ -65,7 +65,8 @@ impl TapeRow {
 }
 
 impl Drawing {
-    fn draw(self, image: &mut Gray) {
+    /// Draws into an image. The same drawing has the same form and place in all images of a size.
+    pub fn draw(self, image: &mut Gray) {
         match self {
             Self::Overlay(seed) => draw_overlay(image, &mut ChaCha8Rng::seed_from_u64(seed)),
             Self::Dust(seed) => draw_dust(image, &mut ChaCha8Rng::seed_from_u64(seed)),

@@ -20,7 +20,7 @@ mod trial;
 pub use bound::upper95;
 pub use kind::NegativeKind;
 pub use outcome::{DrawnPattern, NegativeOutcome, NegativeSearch, TruePlace};
-pub use repeating::PatternKind;
+pub use repeating::{PatternKind, RepeatingPattern};
 pub use score::{CalibrationStep, KindScore, NegativeScore, PatternScore, RegionScore};
 pub use table::write_negatives;
 pub use trial::NegativeTrial;

@@ -13,5 +13,6 @@ mod scene_plan;
 mod trials;
 mod world;
 
+pub use pattern::RepeatingPattern;
 pub use pattern_kind::PatternKind;
 pub use trials::{RepeatingTrials, TRIALS_PER_WORLD, WorldTrial};

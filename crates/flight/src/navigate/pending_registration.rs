@@ -1,0 +1,54 @@
+//! `PendingRegistration`: an absolute registration that began at an image, and whose result comes later.
+
+use super::error::NavigateError;
+use super::flight_image::FlightImage;
+use super::hypotheses::{Hypotheses, ImageUpdate};
+use super::measurements::{FixMeasurement, SensorSigmas};
+use crate::locate::{Answer, Fix};
+use overfly_core::camera::CameraError;
+
+/// A fix outside the gate starts an alternative filter only where it is at least this sure.
+const SURE_LOG10_FALSE_ALARMS: f64 = -9.0;
+
+/// An absolute registration that began at an image: a delayed measurement.
+#[derive(Clone)]
+pub struct PendingRegistration {
+    /// When the result is due, seconds.
+    pub done_s: f64,
+    /// The result.
+    pub answer: Answer,
+    /// The image.
+    pub image: FlightImage,
+    /// The filters at that image.
+    pub hypotheses: Hypotheses,
+    /// The time updates since that image.
+    pub updates: Vec<ImageUpdate>,
+}
+
+impl PendingRegistration {
+    /// The filters at the image, updated with its fix, and whether the fix was accepted.
+    ///
+    /// # Errors
+    /// Where the image's camera is invalid or covariances are singular.
+    pub fn updated(&self, fix: &Fix, sensors: &SensorSigmas) -> Result<(Hypotheses, bool), NavigateError> {
+        let measurement = measurement(fix, &self.image)?;
+        let is_sure = fix.log10_false_alarms.is_some_and(|l| l <= SURE_LOG10_FALSE_ALARMS);
+        let mut hypotheses = self.hypotheses.clone();
+        let is_accepted = hypotheses.update_fix(&measurement, is_sure, self.image.reading, sensors)?;
+        Ok((hypotheses, is_accepted))
+    }
+}
+
+/// The fix as the filter takes it: the point that the stated attitude puts straight below the camera, without the attitude's
+/// error, which the fixes have in common. The fix's ground sample distance is a height through the image's own camera.
+fn measurement(fix: &Fix, image: &FlightImage) -> Result<FixMeasurement, CameraError> {
+    let gsd_per_height = image.camera(1.0)?.gsd_m_per_px();
+    Ok(FixMeasurement {
+        position: fix.position,
+        covariance: fix.image_centre_covariance,
+        heading: fix.heading,
+        heading_sigma_rad: fix.heading_sigma_rad,
+        log_height: (fix.gsd_m_per_px / gsd_per_height).ln(),
+        log_height_sigma: fix.scale_sigma_ratio,
+    })
+}
