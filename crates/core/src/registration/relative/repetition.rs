@@ -32,6 +32,11 @@ const LEAST_OVERLAP: f64 = 0.08;
 /// A shift along that of a surface above the ground, at most this many times as far, is another such surface.
 const PARALLAX_COSINE: f64 = 0.95;
 const PARALLAX_REACH: f64 = 1.5;
+/// A rival explains something where its blocks correlate by at least this in the mean,
+const LEAST_CORRELATION: f64 = 0.45;
+/// or where at least this share as many matches support it as support the motion. Trees from two sides correlate little under any
+/// motion, and then a rival by brightness says nothing.
+const LEAST_SUPPORT: f64 = 0.25;
 /// Rivals that are compared.
 const MOST_RIVALS: usize = 12;
 /// Edge of a block in the comparison, pixels of b, and the step of its samples.
@@ -80,17 +85,22 @@ pub fn strongest_rival(
     if clusters.is_empty() && inliers as f64 >= CLEAR_SHARE * off.len() as f64 {
         return None;
     }
-    let mut shifts = clusters;
+    let least_support = LEAST_SUPPORT * inliers as f64;
+    let mut shifts: Vec<(Vector2<f64>, bool)> =
+        clusters.into_iter().map(|(shift, support)| (shift, support as f64 >= least_support)).collect();
     let parallax = above.iter().map(|&i| residual(&matches[i])).sum::<Vector2<f64>>() / above.len().max(1) as f64;
-    shifts.extend(correlated_shifts(a, b, found).into_iter().filter(|shift| !is_parallax(*shift, parallax)));
+    let correlated = correlated_shifts(a, b, found).into_iter().filter(|shift| !is_parallax(*shift, parallax));
+    shifts.extend(correlated.map(|shift| (shift, false)));
     shifts.truncate(MOST_RIVALS);
     let own = block_correlations(a, b, found);
-    let compared = shifts.iter().filter_map(|shift| {
+    let compared = shifts.iter().filter_map(|(shift, is_supported)| {
         let start = Similarity { t: found.t + shift, ..*found };
         let rival = align(a, b, &start, centre_of_b).map_or(start, |aligned| aligned.a_from_b);
         let apart = rival.apply(centre_of_b) - found.apply(centre_of_b);
         (apart.norm() > CLUSTER_PX).then_some(())?;
-        Some(RivalComparison { apart_px: apart.into(), t: paired_t(&own, &block_correlations(a, b, &rival))? })
+        let blocks = block_correlations(a, b, &rival);
+        (*is_supported || mean_correlation(&own, &blocks)? >= LEAST_CORRELATION).then_some(())?;
+        Some(RivalComparison { apart_px: apart.into(), t: paired_t(&own, &blocks)? })
     });
     compared.min_by(|p, q| p.t.total_cmp(&q.t))
 }
@@ -105,8 +115,8 @@ fn is_within(p: Vector2<f64>, size: Vector2<f64>) -> bool {
     p.x > 0.0 && p.y > 0.0 && p.x < size.x && p.y < size.y
 }
 
-/// The means of the clusters of residuals, the largest first.
-fn clusters(residuals: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+/// The means of the clusters of residuals and their sizes, the largest first.
+fn clusters(residuals: &[Vector2<f64>]) -> Vec<(Vector2<f64>, usize)> {
     let mut left: Vec<Vector2<f64>> = residuals.to_vec();
     let mut found = Vec::new();
     while found.len() < MOST_RIVALS / 2 {
@@ -119,7 +129,7 @@ fn clusters(residuals: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
             break;
         }
         let members = || left.iter().filter(|q| (*q - centre).norm() <= CLUSTER_PX);
-        found.push(members().sum::<Vector2<f64>>() / count as f64);
+        found.push((members().sum::<Vector2<f64>>() / count as f64, count));
         left.retain(|q| (q - centre).norm() > 2.0 * CLUSTER_PX);
     }
     found
@@ -252,6 +262,12 @@ fn block_correlation(a: &Gray, b: &Gray, a_from_b: &Similarity, [left, top]: [us
     Some(if var_a > 0.0 { (ab - sum_a * sum_b / n) / (var_a * var_b).sqrt() } else { 0.0 })
 }
 
+/// The rival's mean correlation over the blocks that both have; `None` with too few of them.
+fn mean_correlation(own: &[Option<f64>], rival: &[Option<f64>]) -> Option<f64> {
+    let common: Vec<f64> = own.iter().zip(rival).filter_map(|(p, q)| p.and(*q)).collect();
+    (common.len() >= LEAST_BLOCKS).then(|| common.iter().sum::<f64>() / common.len() as f64)
+}
+
 /// The mean difference of the blocks that both have, over its standard error; `None` with too few blocks in common.
 fn paired_t(own: &[Option<f64>], rival: &[Option<f64>]) -> Option<f64> {
     let differences: Vec<f64> = own.iter().zip(rival).filter_map(|(p, q)| Some((*p)? - (*q)?)).collect();
@@ -275,7 +291,7 @@ mod tests {
         residuals.extend(vec![Vector2::new(0.0, 40.5); 5]);
         residuals.extend([Vector2::new(100.0, 3.0), Vector2::new(-50.0, 9.0)]);
         let found = clusters(&residuals);
-        assert_eq!(found, [Vector2::new(40.0, 0.0), Vector2::new(0.0, 40.5)]);
+        assert_eq!(found, [(Vector2::new(40.0, 0.0), 9), (Vector2::new(0.0, 40.5), 5)]);
     }
 
     #[test]
