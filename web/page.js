@@ -204,6 +204,7 @@ function showAnswer(answer) {
   $("answer").replaceChildren(element("p", "Fix", "good"), list([
     ["Latitude, deg", answer.latitude_deg.toFixed(7)],
     ["Longitude, deg", answer.longitude_deg.toFixed(7)],
+    ["Point", answer.position_of === "nadir" ? "below the camera" : "the image's centre"],
     ["Sigma", `${round(major, 2)} x ${round(minor, 2)} m`],
     ["Heading, deg", `${answer.heading_deg.toFixed(2)} ± ${round(answer.heading_sigma_deg, 2)}`],
     ["Ground, m per px", answer.gsd_m_per_px.toPrecision(4)],

@@ -45,7 +45,7 @@ pub enum TruthPoint {
 
 impl TruthPoint {
     /// The point of a fix that is judged, and its covariance.
-    pub fn of(self, fix: &Fix) -> (Geodetic, EnuCovariance) {
+    pub fn judged(self, fix: &Fix) -> (Geodetic, EnuCovariance) {
         match self {
             Self::Nadir => (fix.position, fix.covariance),
             Self::Centre => (fix.image_centre, fix.image_centre_covariance),
@@ -140,7 +140,7 @@ impl FixTrial {
             .for_original(*reduction);
         let elapsed_ms = milliseconds(asked);
         let judged = match &answer {
-            Answer::Fix(fix) => Some(self.truth.of(fix)),
+            Answer::Fix(fix) => Some(self.truth.judged(fix)),
             Answer::NoFix(_) => None,
         };
         let error = judged.map(|(point, _)| LocalFrame::at(truth).enu_from_geodetic(point));
