@@ -49,6 +49,8 @@ pub struct ResectionStart<'a> {
     pub priors: DeviationSigmas,
     /// Correspondences were searched this far around their expected place, px.
     pub radius_px: f64,
+    /// Largest residual of a sharply placed correspondence, px; it only counts them.
+    pub tolerance_px: f64,
 }
 
 /// Prior standard deviations of a camera's deviation.
@@ -83,6 +85,8 @@ pub struct Resection {
     pub tilt_covariance_rad2: Matrix2<f64>,
     /// Number of correspondences that agree: the sum of their probabilities to be right.
     pub agreeing: f64,
+    /// Number of correspondences whose residual is at most the tolerance.
+    pub within_tolerance: usize,
     /// Root mean square residual per axis of right ones, px.
     pub rms_px: f64,
 }
@@ -173,6 +177,7 @@ impl<'a> Resecting<'a> {
             log_height_variance: cofactor[(3, 3)],
             tilt_covariance_rad2: cofactor.fixed_view::<2, 2>(TILT, TILT).into_owned(),
             agreeing: weights.iter().sum(),
+            within_tolerance: self.within_tolerance(&at),
             rms_px: variance_px2.sqrt(),
         })
     }
@@ -214,6 +219,11 @@ impl<'a> Resecting<'a> {
 
     fn residual(&self, index: usize, at: &Parameters) -> Option<Vector2<f64>> {
         Some(self.correspondences[index].map_px - self.predicted(self.rays[index], at)?)
+    }
+
+    fn within_tolerance(&self, at: &Parameters) -> usize {
+        let is_within = |&i: &usize| self.residual(i, at).is_some_and(|r| r.norm() <= self.start.tolerance_px);
+        (0..self.correspondences.len()).filter(is_within).count()
     }
 
     /// The probability of each correspondence to be a right one, where right ones have a variance per axis of `variance_px2`.
@@ -320,6 +330,7 @@ mod tests {
             inliers: &middle,
             priors: DeviationSigmas { tilt_rad: tilt_deg.to_radians(), aspect: 0.02, shear: 0.02, radial: 0.1 },
             radius_px: 8.0,
+            tolerance_px: 1.25,
         };
         resect(correspondences, &start).unwrap()
     }
