@@ -13,7 +13,9 @@ use overfly_core::coupling::Mode;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_flight::navigate::{ExecutionTimes, NavigateOptions, SensorSigmas};
 use overfly_lab::report::{Mosaic, ReplayedFlight, replay_html};
-use overfly_lab::trial::{Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, ScaleSource, SequenceFault, SourceScore, write_positions};
+use overfly_lab::trial::{
+    Disturbances, FlyOutcome, FlyScore, FlyTrial, Quantiles, ScaleSource, SequenceFault, SourceScore, write_positions,
+};
 use overfly_store::{Layer, Reader};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;

@@ -121,6 +121,11 @@ impl RivalSearch<'_> {
             if difference.overlap < LEAST_OVERLAP {
                 continue;
             }
+            let difference = if difference.t_score() < LEAST_T_SCORE {
+                self.clearest_difference(&found.pose, &rival.pose, difference)?
+            } else {
+                difference
+            };
             report.count += 1;
             let is_stronger = report.strongest.is_none_or(|s| difference.t_score() < s.difference.t_score());
             if is_stronger {
@@ -195,6 +200,24 @@ impl RivalSearch<'_> {
         maxima.sort_by(|a, b| b.0.total_cmp(&a.0));
         maxima.truncate(SURFACE_RIVALS);
         Ok(maxima.into_iter().map(|(_, pose)| pose).collect())
+    }
+
+    /// The difference of a place from a rival on the level that tells them apart best. Fine texture that repeats (furrows, rows of
+    /// trees) can hide at the finest level what the outlines of fields tell at a coarser one.
+    fn clearest_difference(
+        &self,
+        place: &CameraPose,
+        rival: &CameraPose,
+        finest: PairedDifference,
+    ) -> Result<PairedDifference, StoreError> {
+        let mut clearest = finest;
+        for zoom in self.prepared.levels.coarse..place.zoom {
+            let Some(place) = self.settled(&place.at_zoom(zoom), 1)? else { continue };
+            let Some(rival) = self.settled(&rival.at_zoom(zoom), 1)? else { continue };
+            let difference = place.products.compare(&rival.products);
+            clearest = difference.filter(|d| d.t_score() > clearest.t_score()).unwrap_or(clearest);
+        }
+        Ok(clearest)
     }
 
     /// Brings a pose to the highest T within `radius_px`, first on whole pixels, then on fractions, each phase rendered anew.

@@ -14,6 +14,7 @@ use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
 use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
+use overfly_core::tile::gsd_at;
 use overfly_store::StoreError;
 
 /// A fix is accepted where less than one false alarm is expected in 10^6 searches of its size.
@@ -164,9 +165,14 @@ impl Verifier<'_> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
         let report = search.compare(&best.refined.pose, &best.near_rivals_px, best.peak_z_score, coarse)?;
         Ok(report.ambiguity().map(|rival| {
+            let place = &best.refined.pose;
+            let away_m = (rival.pose.nadir.x_px - place.nadir.x_px).hypot(rival.pose.nadir.y_px - place.nadir.y_px)
+                * gsd_at(self.prepared.centre, place.zoom).mean_m_per_px();
+            let turn_deg = wrap_turn_rad(rival.pose.heading_rad - place.heading_rad).to_degrees();
             let detail = format!(
-                "another place fits almost as well: this one is better by {:.1} standard errors, {LEAST_T_SCORE} needed",
-                rival.difference.t_score()
+                "a place {away_m:.0} m away, turned by {turn_deg:.0} degrees, fits almost as well: the best is better by {:.1} standard errors over the {:.0} % of the ground that both show, {LEAST_T_SCORE} needed",
+                rival.difference.t_score(),
+                100.0 * rival.difference.overlap
             );
             Refusal::new(Reason::Ambiguous, detail)
         }))

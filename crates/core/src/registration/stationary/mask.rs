@@ -67,9 +67,9 @@ impl StationaryMask {
         let rows = self.counts.len() / self.columns;
         [-half, half].into_iter().any(|dy| {
             let row = block(y_px + dy, rows);
-            [-half, half].into_iter().any(|dx| {
-                self.counts[row * self.columns + block(x_px + dx, self.columns)].is_masked()
-            })
+            [-half, half]
+                .into_iter()
+                .any(|dx| self.counts[row * self.columns + block(x_px + dx, self.columns)].is_masked())
         })
     }
 

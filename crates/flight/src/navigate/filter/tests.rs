@@ -176,7 +176,15 @@ fn dead_reckoning_resets_the_heading_but_not_the_compass_offset() {
         filter.update_fix(&fix(place(), 0.95, 800f64.ln()), Gate::OPEN).unwrap();
     }
     let moved = Enu { east_m: 100.0, north_m: 0.0 };
-    filter.predict_dead_reckoning(moved, 30.0, SensorReading { heading_rad: 2.0, ..reading }, Manoeuvre::default(), &SIGMAS).unwrap();
+    filter
+        .predict_dead_reckoning(
+            moved,
+            30.0,
+            SensorReading { heading_rad: 2.0, ..reading },
+            Manoeuvre::default(),
+            &SIGMAS,
+        )
+        .unwrap();
     assert!((filter.heading().radians() - 1.95).abs() < 0.01 && filter.heading_sigma_rad() < 0.025);
     let ee = filter.position_covariance().ee_m2;
     assert!((ee - 904.0).abs() < 1.0, "{ee}");

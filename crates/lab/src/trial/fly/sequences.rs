@@ -86,9 +86,8 @@ impl FaultScore {
         let named = |(seed, o): (&u64, &FlyOutcome)| {
             format!("seed {seed}: {} {}, {:.0} m off", o.image, o.position.source.word(), o.error.length_m())
         };
-        let has_recovered = |outcomes: &[FlyOutcome]| {
-            outcomes.last().is_some_and(|o| !is_lost(o) && o.error.length_m() <= right_m)
-        };
+        let has_recovered =
+            |outcomes: &[FlyOutcome]| outcomes.last().is_some_and(|o| !is_lost(o) && o.error.length_m() <= right_m);
         Self {
             fault: fault.word(),
             flights: flights.len() as u64,

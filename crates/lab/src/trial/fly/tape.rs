@@ -36,14 +36,7 @@ pub enum Drawing {
 impl TapeRow {
     /// The row of an undisturbed flight.
     pub fn new(number: usize, frame: &RecordedFrame) -> Self {
-        Self {
-            frame: number,
-            shown: number,
-            upper_half: None,
-            noise: None,
-            drawing: None,
-            stated: frame.clone(),
-        }
+        Self { frame: number, shown: number, upper_half: None, noise: None, drawing: None, stated: frame.clone() }
     }
 
     /// The image as the camera shows it. `upper`: the frame of [`TapeRow::upper_half`].
@@ -55,7 +48,10 @@ impl TapeRow {
         if let Some(seed) = self.noise {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let gain = rng.random_range(0.97f32..1.03);
-            image.values_mut().iter_mut().for_each(|v| *v = (*v * gain + rng.random_range(-3.0..3.0)).clamp(0.0, 255.0));
+            image
+                .values_mut()
+                .iter_mut()
+                .for_each(|v| *v = (*v * gain + rng.random_range(-3.0..3.0)).clamp(0.0, 255.0));
         }
         if let Some(drawing) = self.drawing {
             drawing.draw(&mut image);
