@@ -264,6 +264,14 @@ impl NavigationFilter {
         Ok(self.move_origin(displacement.east_m, displacement.north_m)?)
     }
 
+    /// Adds a place to what the covariance of the position holds: by one standard deviation in its direction.
+    pub fn widen_position(&mut self, off: Enu) {
+        let by = [off.east_m, off.north_m];
+        for (i, j) in [(EAST, EAST), (EAST, NORTH), (NORTH, EAST), (NORTH, NORTH)] {
+            self.covariance[(i, j)] += by[i] * by[j];
+        }
+    }
+
     /// Sets heading and height to the readings minus the estimated offsets, where there are readings.
     fn reset_attitude(&mut self, reading: SensorReading, sigmas: &SensorSigmas) {
         let mut jacobian = StateCovariance::identity();

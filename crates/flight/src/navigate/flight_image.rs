@@ -82,8 +82,13 @@ impl FlightImage {
 
     /// Whether the compass shows the turn of a step; without two readings, it does not.
     pub fn agrees_with_compass(&self, next: &Self, step: &OdometryStep, sigmas: &SensorSigmas) -> bool {
-        let turned = next.reading.heading_rad - self.reading.heading_rad - step.turn_rad;
+        let turned = self.turn_by_compass_rad(next) - step.turn_rad;
         wrap_turn_rad(turned).abs() <= bound(sigmas.heading_noise_rad)
+    }
+
+    /// The turn to a later image by the compass, radians; not finite without two readings.
+    pub fn turn_by_compass_rad(&self, next: &Self) -> f64 {
+        next.reading.heading_rad - self.reading.heading_rad
     }
 
     /// Whether the climb contradicts the altimeter. The scale of a motion is known from many keypoints, so the altimeter is

@@ -45,7 +45,7 @@ pub struct ImageUpdate {
     pub aided: TimeUpdate,
     /// Without the camera.
     pub unaided: TimeUpdate,
-    /// Whether the camera showed a motion that no aircraft can fly.
+    /// Whether the camera showed a motion that no aircraft can fly, or that the compass contradicts.
     pub is_unflyable: bool,
 }
 
@@ -118,13 +118,14 @@ impl Hypotheses {
         Ok(())
     }
 
-    /// Ends a contradiction that no further fix confirms; `false` where there is none.
+    /// Ends a contradiction that no further fix confirms; `false` where there is none. The filter's covariance keeps the place that
+    /// was contradicted: it is not refuted.
     pub fn drop_alternative(&mut self) -> bool {
-        let is_dropped = self.alternative.take().is_some();
-        if is_dropped {
-            self.doubtful_images = DOUBTFUL_IMAGES;
-        }
-        is_dropped
+        let Some(alternative) = self.alternative.take() else { return false };
+        let off = LocalFrame::at(self.aided.position()).enu_from_geodetic(alternative.filter.position());
+        self.aided.widen_position(off);
+        self.doubtful_images = DOUBTFUL_IMAGES;
+        true
     }
 
     /// Updates the filter with a fix of this very image, and returns whether the fix is accepted. In doubt, two fixes have to agree

@@ -39,6 +39,8 @@ pub enum KeyframeStep {
         from: Option<NavigationFilter>,
         /// The sensors' reading without what the step contradicts.
         reading: SensorReading,
+        /// Whether the compass contradicts the turn.
+        is_doubtful: bool,
     },
     /// A motion that no aircraft can fly.
     Unflyable {
@@ -79,9 +81,10 @@ impl Keyframes {
         // The registered image is better: its position is. But what contradicts the last image is no measurement.
         if let (Some(registered), KeyframeStep::Motion { .. } | KeyframeStep::None) =
             (&self.last_registered, &from_last)
-            && let KeyframeStep::Motion { step, reading, .. } = registered.step_to(image, velocity, options)?
+            && let KeyframeStep::Motion { step, reading, is_doubtful, .. } =
+                registered.step_to(image, velocity, options)?
         {
-            return Ok(KeyframeStep::Motion { step, from: Some(registered.filter.clone()), reading });
+            return Ok(KeyframeStep::Motion { step, from: Some(registered.filter.clone()), reading, is_doubtful });
         }
         Ok(from_last)
     }
@@ -116,15 +119,21 @@ impl Keyframe {
         velocity: Velocity,
         options: &NavigateOptions,
     ) -> Result<KeyframeStep, NavigateError> {
-        let Some(step) = self.image.step_to(image)? else { return Ok(KeyframeStep::None) };
+        let Some(mut step) = self.image.step_to(image)? else { return Ok(KeyframeStep::None) };
         let elapsed_s = image.time_s - self.image.time_s;
         let mut reading = image.reading;
+        let mut is_doubtful = false;
         if !self.image.agrees_with_compass(image, &step, &options.sensors) {
             let most = Manoeuvre::largest(options, velocity.speed_mps(), self.filter.height_m(), elapsed_s);
             if step.turn_rad.abs() > most.turn_rad {
                 return Ok(KeyframeStep::None);
             }
-            // The aircraft can fly this turn, and many keypoints show it: the compass is wrong.
+            // The aircraft can fly this turn, and many keypoints show it: the compass is wrong, or the camera shows other images.
+            let turned_rad = self.image.turn_by_compass_rad(image) - step.turn_rad;
+            if turned_rad.is_finite() {
+                step = step.doubted(turned_rad);
+                is_doubtful = true;
+            }
             reading.heading_rad = f64::NAN;
         }
         let sway_m = image.sway_sigma_ratio(elapsed_s, step.turn_rad) * self.filter.height_m();
@@ -134,6 +143,6 @@ impl Keyframe {
         if self.image.contradicts_altimeter(image, &step, &options.sensors) {
             reading.height_m = f64::NAN;
         }
-        Ok(KeyframeStep::Motion { step, from: None, reading })
+        Ok(KeyframeStep::Motion { step, from: None, reading, is_doubtful })
     }
 }

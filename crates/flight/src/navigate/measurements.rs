@@ -61,6 +61,17 @@ pub struct OdometryStep {
     pub climb_sigma: f64,
 }
 
+impl OdometryStep {
+    /// The step with the doubt that a turn by another angle, radians, raises: its direction may be wrong by as much.
+    pub fn doubted(mut self, by_rad: f64) -> Self {
+        let chord = 2.0 * (by_rad / 2.0).sin();
+        let length = self.per_height[0].hypot(self.per_height[1]);
+        self.covariance += Matrix2::identity() * (chord * length).powi(2);
+        self.turn_sigma_rad = self.turn_sigma_rad.hypot(chord);
+        self
+    }
+}
+
 /// What a fix measures, as the navigation filter takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixMeasurement {

@@ -214,12 +214,14 @@ impl<'a> Navigator<'a> {
         let unaided = reckon(&mut self.unaided_velocity, self.hypotheses.unaided(), of_unaided);
         match step {
             // While fixes contradict the filter, only the last image is compared.
-            KeyframeStep::Motion { step, from, reading } if from.is_none() || !self.hypotheses.is_contradicted() => {
+            KeyframeStep::Motion { step, from, reading, is_doubtful }
+                if from.is_none() || !self.hypotheses.is_contradicted() =>
+            {
                 image.reading = reading;
                 let aided = TimeUpdate::Odometry { step, reading };
                 let is_from_last = from.is_none();
                 let before = self.hypotheses.filter().clone();
-                self.apply(ImageUpdate { aided, unaided, is_unflyable: false }, from)?;
+                self.apply(ImageUpdate { aided, unaided, is_unflyable: is_doubtful }, from)?;
                 // A step from an earlier image than the last does not measure the velocity since the last.
                 if is_from_last && !self.hypotheses.is_contradicted() {
                     self.velocity = self.velocity.measured(&before, self.hypotheses.filter(), elapsed_s);
