@@ -96,8 +96,7 @@ fn a_constant_error_of_the_attitude_stays_in_the_ellipse() {
         frame.attitude.sigma_rad = 2f64.to_radians();
     }
     let outcomes = flown(&flight, None, 1);
-    let nees: Vec<f64> =
-        outcomes.iter().map(|o| o.position.covariance.squared_mahalanobis(o.error)).collect();
+    let nees: Vec<f64> = outcomes.iter().map(|o| o.position.covariance.squared_mahalanobis(o.error)).collect();
     let mean = nees.iter().sum::<f64>() / nees.len() as f64;
     // 2 degrees of 2 degrees stated: 1, and what registration adds.
     assert!((0.5..2.0).contains(&mean) && nees.iter().all(|v| *v < 13.8), "{mean}: {nees:?}");

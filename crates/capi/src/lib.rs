@@ -28,6 +28,7 @@ pub use candidates::{
 pub use error::{overfly_last_error_code, overfly_last_error_message, overfly_status};
 pub use fix::{
     overfly_camera, overfly_fix, overfly_fix_request, overfly_fix_request_new, overfly_locate, overfly_no_fix,
+    overfly_position_of,
 };
 pub use frame::{overfly_frame, overfly_frame_decode, overfly_frame_free, overfly_frame_from_gray};
 pub use store::{overfly_store, overfly_store_free, overfly_store_open, overfly_version};

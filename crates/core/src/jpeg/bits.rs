@@ -99,7 +99,7 @@ mod tests {
         let mut bits = BitReader::new(&padded);
         assert_eq!([bits.take(3), bits.take(1), bits.take(2)], [0b101, 0, 0b01]);
         assert_eq!(bits.rest(), (&[0xff, 0x12][..], (0b01, 2)));
-        assert_eq!((bits.take(16), bits.left_bits(), bits.is_over()), (0b01_1111_1111_0001_00, 2, false));
+        assert_eq!((bits.take(16), bits.left_bits(), bits.is_over()), (0b0111_1111_1100_0100, 2, false));
         bits.skip(3);
         assert!(bits.is_over());
     }

@@ -88,7 +88,7 @@ fn butterflies([a0, a1, a2, a3, a4, a5, a6, a7]: [Lanes; 8]) -> [Lanes; 8] {
     // Even frequencies.
     let (sum, difference) = (add(a0, a4), sub(a0, a4));
     let outer = add(a2, a6);
-    let inner = sub(mul(sub(a2, a6), 1.414_213_6), outer);
+    let inner = sub(mul(sub(a2, a6), std::f32::consts::SQRT_2), outer);
     let even = [add(sum, outer), add(difference, inner), sub(difference, inner), sub(sum, outer)];
     // Odd frequencies.
     let (z13, z10) = (add(a5, a3), sub(a5, a3));
@@ -96,7 +96,7 @@ fn butterflies([a0, a1, a2, a3, a4, a5, a6, a7]: [Lanes; 8]) -> [Lanes; 8] {
     let z5 = mul(add(z10, z12), 1.847_759_1);
     let odd_0 = add(z11, z13);
     let odd_1 = sub(sub(z5, mul(z10, 2.613_126)), odd_0);
-    let odd_2 = sub(mul(sub(z11, z13), 1.414_213_6), odd_1);
+    let odd_2 = sub(mul(sub(z11, z13), std::f32::consts::SQRT_2), odd_1);
     let odd_3 = sub(sub(z5, mul(z12, 1.082_392_2)), odd_2);
     [
         add(even[0], odd_0),

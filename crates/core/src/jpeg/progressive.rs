@@ -234,14 +234,14 @@ impl Band<'_> {
     /// Reads the next bit of every coefficient that is not 0, up to the first 0 after `zeros` others; returns its number.
     fn refine(&self, bits: &mut BitReader, first: usize, mut zeros: usize, block: &mut [i16; 64]) -> usize {
         let bit = 1i16 << self.low_bit;
-        for k in first..=self.last {
-            if block[k] == 0 {
+        for (k, coefficient) in block.iter_mut().enumerate().take(self.last + 1).skip(first) {
+            if *coefficient == 0 {
                 if zeros == 0 {
                     return k;
                 }
                 zeros -= 1;
-            } else if bits.take(1) == 1 && block[k] & bit == 0 {
-                block[k] += if block[k] > 0 { bit } else { -bit };
+            } else if bits.take(1) == 1 && *coefficient & bit == 0 {
+                *coefficient += if *coefficient > 0 { bit } else { -bit };
             }
         }
         self.last + 1

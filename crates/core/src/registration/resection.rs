@@ -152,7 +152,7 @@ impl<'a> Resecting<'a> {
         for _ in 0..ROUNDS {
             let Normal { data, right } = self.normal(&at, &weights)?;
             cofactor = (data / unit_variance + self.prior_information()).try_inverse()?;
-            let step = cofactor * (right / unit_variance - self.prior_information() * self.from_prior(&at));
+            let step = cofactor * (right / unit_variance - self.prior_information() * self.off_prior(&at));
             at += step;
             let determined = (cofactor * data / unit_variance).trace();
             variance_px2 = self.variance_px2(&at, &weights, determined)?;
@@ -194,7 +194,7 @@ impl<'a> Resecting<'a> {
     }
 
     /// The parameters less their prior means; the position has no prior.
-    fn from_prior(&self, at: &Parameters) -> Parameters {
+    fn off_prior(&self, at: &Parameters) -> Parameters {
         let mut off = *at;
         (off[0], off[1]) = (0.0, 0.0);
         off

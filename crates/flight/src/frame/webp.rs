@@ -37,8 +37,11 @@ fn decoder(bytes: &[u8]) -> Result<WebPDecoder<Cursor<&[u8]>>, Fault> {
     if decoder.has_animation() { Err(Fault::NotAnImage("an animation".into())) } else { Ok(decoder) }
 }
 
+/// The four-character code of a chunk, and its content.
+type Chunk<'a> = ([u8; 4], &'a [u8]);
+
 /// The chunks that hold pixels. The chunks must fill the file as it states; bytes after that are not read.
-fn image_chunks(bytes: &[u8]) -> Result<Vec<([u8; 4], &[u8])>, Fault> {
+fn image_chunks(bytes: &[u8]) -> Result<Vec<Chunk<'_>>, Fault> {
     let short = || Fault::damaged("the file is shorter than it states");
     let size_at = |at: usize| -> Option<usize> {
         let size = bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes)?;
@@ -89,7 +92,7 @@ mod tests {
 
     fn lossless() -> Vec<u8> {
         let picture = image::RgbImage::from_fn(160, 120, |x, y| {
-            image::Rgb([(x * 3 + y) as u8, (x * y / 9) as u8, (x * 7 ^ y * 5) as u8])
+            image::Rgb([(x * 3 + y) as u8, (x * y / 9) as u8, ((x * 7) ^ (y * 5)) as u8])
         });
         let mut bytes = Vec::new();
         picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::WebP).unwrap();

@@ -36,7 +36,7 @@ pub enum KeyframeStep {
         /// The odometry step.
         step: OdometryStep,
         /// The filter at the image where the step begins, where this is not the last one.
-        from: Option<NavigationFilter>,
+        from: Option<Box<NavigationFilter>>,
         /// The sensors' reading without what the step contradicts.
         reading: SensorReading,
         /// Whether the compass contradicts the turn.
@@ -73,10 +73,9 @@ impl Keyframes {
         let interval_s = image.time_s - last_s;
         let is_last = self.last.image.time_s == last_s;
         let is_usable = is_last || !self.is_outdated && !self.last.is_stale(image.time_s, interval_s);
-        let mut from_last =
-            if is_usable { self.last.step_to(image, velocity, options)? } else { KeyframeStep::None };
+        let mut from_last = if is_usable { self.last.step_to(image, velocity, options)? } else { KeyframeStep::None };
         if let KeyframeStep::Motion { from, .. } = &mut from_last {
-            *from = (!is_last).then(|| self.last.filter.clone());
+            *from = (!is_last).then(|| Box::new(self.last.filter.clone()));
         }
         // The registered image is better: its position is. But what contradicts the last image is no measurement.
         if let (Some(registered), KeyframeStep::Motion { .. } | KeyframeStep::None) =
@@ -84,7 +83,8 @@ impl Keyframes {
             && let KeyframeStep::Motion { step, reading, is_doubtful, .. } =
                 registered.step_to(image, velocity, options)?
         {
-            return Ok(KeyframeStep::Motion { step, from: Some(registered.filter.clone()), reading, is_doubtful });
+            let from = Some(Box::new(registered.filter.clone()));
+            return Ok(KeyframeStep::Motion { step, from, reading, is_doubtful });
         }
         Ok(from_last)
     }

@@ -221,6 +221,7 @@ impl<'a> Navigator<'a> {
                 let aided = TimeUpdate::Odometry { step, reading };
                 let is_from_last = from.is_none();
                 let before = self.hypotheses.filter().clone();
+                let from = from.map(|filter| *filter);
                 self.apply(ImageUpdate { aided, unaided, is_unflyable: is_doubtful }, from)?;
                 // A step from an earlier image than the last does not measure the velocity since the last.
                 if is_from_last && !self.hypotheses.is_contradicted() {

@@ -1,6 +1,5 @@
 //! The page of a replayed flight: the track over the map and the registrations, mode by mode.
 
-use overfly_flight::navigate::PositionSource;
 use super::data_url::data_url;
 use super::flight_map::{rotation, tenth, track};
 use super::html::{Card, Page, cards, figure, number, with_unit};
@@ -9,6 +8,7 @@ use super::replay_plots::{chronogram, errors, tiles};
 use super::replayed_flight::ReplayedFlight;
 use crate::trial::FlyOutcome;
 use maud::{Markup, html};
+use overfly_flight::navigate::PositionSource;
 
 const WIDTH_PX: usize = 1200;
 

@@ -69,5 +69,5 @@ pub use quantiles::Quantiles;
 pub use recorded_flight::{RecordedFlight, RecordedFrame};
 pub use relative_cost::{CutImage, OVERLAPS_PERCENT, RelativeMeasurement, RelativeTrial};
 pub use relative_laws::{DescriptorRow, RelativeLaws};
-pub use rival_pairs::{RivalPairKind, RivalPairScore, RivalPairTrial};
 pub use relative_sample::{Drifts, RelativeSample, StepTimes, samples_csv};
+pub use rival_pairs::{RivalPairKind, RivalPairScore, RivalPairTrial};

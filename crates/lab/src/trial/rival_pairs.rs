@@ -118,7 +118,9 @@ impl RivalPairTrial {
                 probability_below: poisson_bound(wrong.len()) / these.len().max(1) as f64,
                 false_pairs: wrong
                     .iter()
-                    .map(|(trial, _, name, off_px)| format!("trial {trial}: {name}, {:.0} px off", off_px.unwrap_or(0.0)))
+                    .map(|(trial, _, name, off_px)| {
+                        format!("trial {trial}: {name}, {:.0} px off", off_px.unwrap_or(0.0))
+                    })
                     .collect(),
             }
         };
@@ -222,7 +224,8 @@ impl RivalPair {
             }
             frame
         });
-        let name = if has_pattern { format!("{} of {period_px:.0} px", pattern_kind.word()) } else { kind.word().into() };
+        let name =
+            if has_pattern { format!("{} of {period_px:.0} px", pattern_kind.word()) } else { kind.word().into() };
         Self { kind, name, a, b, truth_px }
     }
 

@@ -210,8 +210,7 @@ fn peaks(surface: &[f32], [wide, high]: [usize; 2], own: [usize; 2], factor: f64
     for y in 0..high {
         for x in 0..wide {
             let value = at(x, y);
-            let is_peak = value >= least
-                && (0..9).all(|k| at(x + wide + k % 3 - 1, y + high + k / 3 - 1) <= value);
+            let is_peak = value >= least && (0..9).all(|k| at(x + wide + k % 3 - 1, y + high + k / 3 - 1) <= value);
             // b's plane is read at the displacement plus a's size: moving b back by as much lays it on a.
             let signed = |v: usize, own: usize, n: usize| {
                 let d = own as f64 - v as f64;

@@ -77,7 +77,7 @@ impl DamageScore {
         }
         let rows: Vec<DamageScoreRow> = rows.into_values().collect();
         let (harmless, damaged): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row.change.is_harmless());
-        let sum = |of: fn(&DamageScoreRow) -> usize| damaged.iter().map(|row| of(row)).sum::<usize>();
+        let sum = |of: fn(&&DamageScoreRow) -> usize| damaged.iter().map(of).sum::<usize>();
         let (trials, wrong) = (sum(|r| r.trials), sum(|r| r.wrong));
         Self {
             trials,

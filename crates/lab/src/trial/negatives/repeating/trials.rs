@@ -22,6 +22,7 @@ use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Trials over one world.
 pub const TRIALS_PER_WORLD: usize = 10;
@@ -196,8 +197,8 @@ impl<'a> RepeatingTrials<'a> {
         rng: &mut ChaCha8Rng,
     ) -> Result<(ShownFrame, DrawnPattern), TrialError> {
         let frame = &self.flight.frames[seat.frame];
-        if !drawn.frames.contains_key(&seat.frame) {
-            drawn.frames.insert(seat.frame, reduced(&read_frame(&frame.path)?));
+        if let Entry::Vacant(entry) = drawn.frames.entry(seat.frame) {
+            entry.insert(reduced(&read_frame(&frame.path)?));
         }
         let gray = &drawn.frames[&seat.frame];
         let scene = &drawn.world.scene;
