@@ -29,9 +29,12 @@ const RIVAL_SHARE: f64 = 0.4;
 const RIVAL_APART_PX: f64 = 2.5;
 /// and at least this share of b lies in a.
 const LEAST_OVERLAP: f64 = 0.08;
-/// A shift along that of a surface above the ground, at most this many times as far, is another such surface.
-const PARALLAX_COSINE: f64 = 0.95;
-const PARALLAX_REACH: f64 = 1.5;
+/// A surface above the ground moves farther, one below it less far, along the motion: by these shares of it,
+const PARALLAX_BOUNDS: (f64, f64) = (-0.2, 0.5);
+/// with this share of itself across.
+const PARALLAX_SLACK: f64 = 0.15;
+/// Such a shift is a rival only where its blocks correlate by this: ground that repeats itself does, roofs do not.
+const REPEATED_CORRELATION: f64 = 0.65;
 /// A rival explains something where its blocks correlate by at least this in the mean,
 const LEAST_CORRELATION: f64 = 0.45;
 /// or where at least this share as many matches support it as support the motion. Trees from two sides correlate little under any
@@ -88,27 +91,31 @@ pub fn strongest_rival(
     let least_support = LEAST_SUPPORT * inliers as f64;
     let mut shifts: Vec<(Vector2<f64>, bool)> =
         clusters.into_iter().map(|(shift, support)| (shift, support as f64 >= least_support)).collect();
-    let parallax = above.iter().map(|&i| residual(&matches[i])).sum::<Vector2<f64>>() / above.len().max(1) as f64;
-    let correlated = correlated_shifts(a, b, found).into_iter().filter(|shift| !is_parallax(*shift, parallax));
-    shifts.extend(correlated.map(|shift| (shift, false)));
+    shifts.extend(correlated_shifts(a, b, found).into_iter().map(|shift| (shift, false)));
     shifts.truncate(MOST_RIVALS);
     let own = block_correlations(a, b, found);
+    let displacement = found.apply(centre_of_b) - size / 2.0;
     let compared = shifts.iter().filter_map(|(shift, is_supported)| {
         let start = Similarity { t: found.t + shift, ..*found };
         let rival = align(a, b, &start, centre_of_b).map_or(start, |aligned| aligned.a_from_b);
         let apart = rival.apply(centre_of_b) - found.apply(centre_of_b);
         (apart.norm() > CLUSTER_PX).then_some(())?;
         let blocks = block_correlations(a, b, &rival);
-        (*is_supported || mean_correlation(&own, &blocks)? >= LEAST_CORRELATION).then_some(())?;
+        let mean = mean_correlation(&own, &blocks)?;
+        let needed = if is_parallax(apart, displacement) { REPEATED_CORRELATION } else { LEAST_CORRELATION };
+        (mean >= needed || *is_supported && needed < REPEATED_CORRELATION).then_some(())?;
         Some(RivalComparison { apart_px: apart.into(), t: paired_t(&own, &blocks)? })
     });
     compared.min_by(|p, q| p.t.total_cmp(&q.t))
 }
 
-/// Whether a shift is that of a surface as high as the one that was found above the ground, or lower.
-fn is_parallax(shift: Vector2<f64>, of_above: Vector2<f64>) -> bool {
-    let (length, along) = (of_above.norm(), shift.dot(&of_above));
-    along > PARALLAX_COSINE * length * shift.norm() && shift.norm() <= PARALLAX_REACH * length
+/// Whether a surface above or below the ground can move so much more or less than the ground, which moves by `displacement`.
+fn is_parallax(shift: Vector2<f64>, displacement: Vector2<f64>) -> bool {
+    let length = displacement.norm().max(1e-9);
+    let along = shift.dot(&displacement) / length;
+    let across = (shift - displacement * (along / length)).norm();
+    (PARALLAX_BOUNDS.0 * length..=PARALLAX_BOUNDS.1 * length).contains(&along)
+        && across <= CLUSTER_PX + PARALLAX_SLACK * along.abs()
 }
 
 fn is_within(p: Vector2<f64>, size: Vector2<f64>) -> bool {
@@ -291,6 +298,17 @@ mod tests {
         residuals.extend([Vector2::new(100.0, 3.0), Vector2::new(-50.0, 9.0)]);
         let found = clusters(&residuals);
         assert_eq!(found, [(Vector2::new(40.0, 0.0), 9), (Vector2::new(0.0, 40.5), 5)]);
+    }
+
+    #[test]
+    fn a_shift_along_the_motion_may_be_a_roof() {
+        let motion = Vector2::new(0.0, -128.0);
+        for shift in [[-2.0, -45.0], [1.0, 9.0], [2.0, -4.0]] {
+            assert!(is_parallax(shift.into(), motion), "{shift:?}");
+        }
+        for shift in [[30.0, -45.0], [0.0, -90.0], [0.0, 60.0], [40.0, 0.0]] {
+            assert!(!is_parallax(shift.into(), motion), "{shift:?}");
+        }
     }
 
     #[test]
