@@ -4,7 +4,7 @@ use super::alignment::{Aligned, align};
 use super::consensus::{FrameSizes, KeypointConsensus, find_consensus};
 use super::keypoint_match::KeypointMatch;
 use super::motion::{Motion, MotionAnswer, MotionPrior, NoMotionReason};
-use super::repetition::{RivalComparison, strongest_rival};
+use super::repetition::{RivalComparison, is_of_a_still_part, strongest_rival};
 use crate::feature::keypoint::{KeypointOptions, describe_frame, match_mutual};
 use crate::pixels::Gray;
 use crate::registration::similarity::{Precision, Similarity};
@@ -125,6 +125,10 @@ fn attempt(
     let aligned = align(a, b, &consensus.a_from_b, centre_of_b);
     let (a_from_b, precision) = choose(&consensus, aligned.as_ref(), is_evident)?;
     let KeypointConsensus { inliers, log10_false_alarms, above, .. } = consensus;
+    if is_of_a_still_part(a, b, &a_from_b) {
+        let detail = format!("{inliers} correspondences stand still, but most of the image moves");
+        return rejected(NoMotionReason::Ambiguous, detail);
+    }
     let rival = strongest_rival(a, b, &a_from_b, centre_of_b, &matches, &above);
     if let Some(RivalComparison { apart_px: [x, y], t }) = rival.filter(|rival| rival.is_ambiguous()) {
         let detail = format!(

@@ -12,6 +12,7 @@ use super::keypoint_match::KeypointMatch;
 use crate::pixels::Gray;
 use crate::registration::fourier::{Fourier, Plans, quick_length};
 use crate::registration::similarity::Similarity;
+use crate::registration::stationary::StillBlocks;
 use nalgebra::Vector2;
 use rustfft::num_complex::Complex32;
 
@@ -33,6 +34,8 @@ const LEAST_OVERLAP: f64 = 0.08;
 const PARALLAX_BOUNDS: (f64, f64) = (-0.2, 0.5);
 /// with this share of itself across.
 const PARALLAX_SLACK: f64 = 0.15;
+/// Relief shifts by less than this in any direction, pixels of a.
+const RELIEF_PX: f64 = 10.0;
 /// Such a shift is a rival only where its blocks correlate by this: ground that repeats itself does, roofs do not.
 const REPEATED_CORRELATION: f64 = 0.65;
 /// A rival explains something where its blocks correlate by at least this in the mean,
@@ -40,6 +43,10 @@ const LEAST_CORRELATION: f64 = 0.45;
 /// or where at least this share as many matches support it as support the motion. Trees from two sides correlate little under any
 /// motion, and then a rival by brightness says nothing.
 const LEAST_SUPPORT: f64 = 0.25;
+/// Where the corners move by less than this, pixels of a, nothing does,
+const STILL_PX: f64 = 1.0;
+/// and at least this share of the blocks that show something stands still.
+const STILL_SHARE: f64 = 0.6;
 /// Rivals that are compared.
 const MOST_RIVALS: usize = 12;
 /// Edge of a block in the comparison, pixels of b, and the step of its samples.
@@ -102,7 +109,8 @@ pub fn strongest_rival(
         (apart.norm() > CLUSTER_PX).then_some(())?;
         let blocks = block_correlations(a, b, &rival);
         let mean = mean_correlation(&own, &blocks)?;
-        let needed = if is_parallax(apart, displacement) { REPEATED_CORRELATION } else { LEAST_CORRELATION };
+        let is_relief = apart.norm() < RELIEF_PX || is_parallax(apart, displacement);
+        let needed = if is_relief { REPEATED_CORRELATION } else { LEAST_CORRELATION };
         (mean >= needed || *is_supported && needed < REPEATED_CORRELATION).then_some(())?;
         Some(RivalComparison { apart_px: apart.into(), t: paired_t(&own, &blocks)? })
     });
@@ -120,6 +128,14 @@ fn is_parallax(shift: Vector2<f64>, displacement: Vector2<f64>) -> bool {
 
 fn is_within(p: Vector2<f64>, size: Vector2<f64>) -> bool {
     p.x > 0.0 && p.y > 0.0 && p.x < size.x && p.y < size.y
+}
+
+/// Whether a motion of nothing is that of a part that stands still, an overlay or a wing, while the rest moves.
+pub fn is_of_a_still_part(a: &Gray, b: &Gray, found: &Similarity) -> bool {
+    let (width, height) = (b.width_px() as f64, b.height_px() as f64);
+    let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]].map(Vector2::from);
+    corners.iter().all(|corner| (found.apply(*corner) - corner).norm() < STILL_PX)
+        && StillBlocks::compare(a, b).is_some_and(|blocks| blocks.still_share(&[]) < STILL_SHARE)
 }
 
 /// The means of the clusters of residuals and their sizes, the largest first.

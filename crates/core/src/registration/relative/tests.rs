@@ -171,3 +171,22 @@ fn an_overlay_that_stands_still_is_not_taken_for_the_ground() {
         assert!((Vector2::from(m.displacement_px) - truth.t).norm() < 1.0, "{:?}", m.displacement_px);
     }
 }
+
+#[test]
+fn a_wing_that_stands_still_is_not_taken_for_the_ground() {
+    let wing = |mut g: Gray| {
+        for (i, v) in g.values_mut().iter_mut().enumerate() {
+            let (x, y) = (i % 240, i / 240);
+            if x > 150 {
+                *v = 160.0 + 60.0 * ((x * x / 7 + y * y / 11 + x * y / 5) as f32 * 0.35).sin();
+            }
+        }
+        g
+    };
+    let truth = turned(0.0, 1.0, 90.0, 40.0);
+    let a = wing(frame(&turned(0.0, 1.0, 0.0, 0.0), 1.0));
+    let b = wing(frame(&truth, 0.97));
+    if let MotionAnswer::Motion(m) = register(&a, &b, &MotionPrior::default()) {
+        assert!((Vector2::from(m.displacement_px) - truth.t).norm() < 1.0, "{:?}", m.displacement_px);
+    }
+}
