@@ -20,6 +20,8 @@ struct Keyframe {
 #[derive(Debug, Clone)]
 pub struct Keyframes {
     last: Keyframe,
+    /// Whether the last keyframe is the last image of the flight.
+    is_current: bool,
     /// Whether a fix has moved the filter since the last keyframe, so that no step can begin there.
     is_outdated: bool,
     /// The last registered image, where the last image was not registered.
@@ -55,27 +57,25 @@ const MAX_AGE_INTERVALS: f64 = 4.5;
 impl Keyframes {
     /// Starts with the first image.
     pub fn new(image: FlightImage, filter: NavigationFilter) -> Self {
-        Self { last: Keyframe { image, filter }, is_outdated: false, last_registered: None }
+        Self { last: Keyframe { image, filter }, is_current: true, is_outdated: false, last_registered: None }
     }
 
     /// Registers an image. Where the step begins at an earlier image than the last, the filter at that image comes with it.
-    /// `last_s`: the time of the last image, whether it is a keyframe or not.
+    /// `interval_s`: the time since the last image, whether that is a keyframe or not.
     ///
     /// # Errors
     /// Where the image's camera is invalid.
     pub fn step_to(
         &self,
         image: &FlightImage,
-        last_s: f64,
+        interval_s: f64,
         velocity: Velocity,
         options: &NavigateOptions,
     ) -> Result<KeyframeStep, NavigateError> {
-        let interval_s = image.time_s - last_s;
-        let is_last = self.last.image.time_s == last_s;
-        let is_usable = is_last || !self.is_outdated && !self.last.is_stale(image.time_s, interval_s);
+        let is_usable = self.is_current || !self.is_outdated && !self.last.is_stale(image.time_s, interval_s);
         let mut from_last = if is_usable { self.last.step_to(image, velocity, options)? } else { KeyframeStep::None };
         if let KeyframeStep::Motion { from, .. } = &mut from_last {
-            *from = (!is_last).then(|| Box::new(self.last.filter.clone()));
+            *from = (!self.is_current).then(|| Box::new(self.last.filter.clone()));
         }
         // The registered image is better: its position is. But what contradicts the last image is no measurement.
         if let (Some(registered), KeyframeStep::Motion { .. } | KeyframeStep::None) =
@@ -92,7 +92,7 @@ impl Keyframes {
     /// Adds an image that follows the image before by `interval_s`; `is_registered` where it was registered against a keyframe.
     pub fn add(&mut self, image: FlightImage, filter: NavigationFilter, is_registered: bool, interval_s: f64) {
         let before = std::mem::replace(&mut self.last, Keyframe { image, filter });
-        self.is_outdated = false;
+        (self.is_current, self.is_outdated) = (true, false);
         self.last_registered = if is_registered { None } else { self.last_registered.take().or(Some(before)) };
         let now_s = self.last.image.time_s;
         if self.last_registered.as_ref().is_some_and(|k| k.is_stale(now_s, interval_s)) {
@@ -100,9 +100,14 @@ impl Keyframes {
         }
     }
 
-    /// Replaces the filter at the last image, whose time is `last_s`, after a fix; filters at earlier images are outdated.
-    pub fn set_filter(&mut self, filter: &NavigationFilter, last_s: f64) {
-        self.is_outdated = self.last.image.time_s != last_s;
+    /// Passes over an image that is no keyframe.
+    pub fn skip(&mut self) {
+        self.is_current = false;
+    }
+
+    /// Replaces the filter at the last image after a fix; filters at earlier images are outdated.
+    pub fn set_filter(&mut self, filter: &NavigationFilter) {
+        self.is_outdated = !self.is_current;
         self.last.filter = filter.clone();
         self.last_registered = None;
     }

@@ -146,9 +146,9 @@ impl<'a> Navigator<'a> {
         }
         let relative_count = usize::from(self.uses_odometry(&image) && usable == ImageUse::All);
         let (image_use, is_registered) = self.predict(&mut image, elapsed_s, usable)?;
-        if image_use != ImageUse::Nothing {
-            let filter = self.hypotheses.filter().clone();
-            self.keyframes.add(image.clone(), filter, is_registered, elapsed_s);
+        match image_use {
+            ImageUse::Nothing => self.keyframes.skip(),
+            _ => self.keyframes.add(image.clone(), self.hypotheses.filter().clone(), is_registered, elapsed_s),
         }
         self.images_since_absolute = self.images_since_absolute.saturating_add(1);
         let position = self.register(&image, relative_count, image_use)?;
@@ -201,7 +201,7 @@ impl<'a> Navigator<'a> {
         let of_unaided = self.hypotheses.unaided().gated(image.reading, sensors, most);
         image.reading = filter.gated(image.reading, sensors, most);
         let step = if usable == ImageUse::All && self.uses_odometry(image) {
-            self.keyframes.step_to(image, image.time_s - elapsed_s, self.velocity, options)?
+            self.keyframes.step_to(image, elapsed_s, self.velocity, options)?
         } else {
             KeyframeStep::None
         };
@@ -379,7 +379,7 @@ impl<'a> Navigator<'a> {
         }
         pending.updates.iter().try_for_each(|update| hypotheses.predict(update, sensors))?;
         if is_accepted || hypotheses.is_contradicted() {
-            self.keyframes.set_filter(hypotheses.filter(), self.clock.last_s());
+            self.keyframes.set_filter(hypotheses.filter());
         }
         self.hypotheses = hypotheses;
         Ok(())
