@@ -63,17 +63,17 @@ impl Block {
 /// A pixel's value made of a level in [0, 255].
 pub(super) trait Level: Copy + Default {
     /// The value of a level.
-    fn of(level: f32) -> Self;
+    fn from_level(level: f32) -> Self;
 }
 
 impl Level for f32 {
-    fn of(level: f32) -> Self {
+    fn from_level(level: f32) -> Self {
         level
     }
 }
 
 impl Level for u8 {
-    fn of(level: f32) -> Self {
+    fn from_level(level: f32) -> Self {
         (level + 0.5) as u8
     }
 }
@@ -107,7 +107,7 @@ impl<L: Level> Plane<L> {
         for (line, levels) in pixels[..height].iter().enumerate() {
             let first = (y + line) * self.width_px + x;
             for (out, level) in self.values[first..first + width].iter_mut().zip(levels) {
-                *out = L::of(level.clamp(0.0, 255.0));
+                *out = L::from_level(level.clamp(0.0, 255.0));
             }
         }
     }

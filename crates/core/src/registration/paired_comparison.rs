@@ -9,7 +9,7 @@
 //! Blocks lie in the camera's own axes, so places under different headings and scales are compared by the same ground too.
 //!
 //! # References
-//! Efron, Stein, The Jackknife Estimate of Variance, Annals of Statistics 9, 1981.
+//! Efron, Stein, the jackknife and its variance, Annals of Statistics 9, 1981.
 
 use super::products::{CHANNELS_SCALE, ENERGIES_SCALE};
 use crate::feature::Structure;

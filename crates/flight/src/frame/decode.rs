@@ -56,7 +56,7 @@ pub fn decode_frame(bytes: &[u8], name: &str) -> Result<Gray, FrameError> {
 /// # Errors
 /// As [`decode_frame`].
 pub fn decode_frame_within(bytes: &[u8], name: &str, bounds: FrameBounds) -> Result<Gray, FrameError> {
-    match Format::of(bytes) {
+    match Format::from_first_bytes(bytes) {
         Some(Format::Jpeg) => header_of(bytes, bounds)
             .and_then(|_| jpeg::gray(bytes, Reduction::None))
             .map_err(|fault| fault.named(name, bounds)),
@@ -85,7 +85,8 @@ fn header_of(bytes: &[u8], bounds: FrameBounds) -> Result<(Format, [u32; 2]), Fa
 
 /// Reads format, columns and rows from a header.
 pub(super) fn size_of(bytes: &[u8]) -> Result<(Format, [u32; 2]), Fault> {
-    let format = Format::of(bytes).ok_or_else(|| Fault::NotAnImage("its first bytes are those of none".into()))?;
+    let format =
+        Format::from_first_bytes(bytes).ok_or_else(|| Fault::NotAnImage("its first bytes are those of none".into()))?;
     let size = match format {
         Format::Jpeg => jpeg::read_header(bytes).map(|header| [header.width_px, header.height_px]),
         Format::Png => png::size_px(bytes),

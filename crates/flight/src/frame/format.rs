@@ -10,7 +10,7 @@ pub(super) enum Format {
 
 impl Format {
     /// The format that the first bytes state.
-    pub fn of(bytes: &[u8]) -> Option<Self> {
+    pub fn from_first_bytes(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
