@@ -25,22 +25,16 @@ fn trial(formats: &[FrameFormat], changes: &[FileChange], trials: usize) -> Dama
 
 #[test]
 fn no_damage_gives_a_false_fix_and_nothing_harmless_is_lost() {
-    let score = trial(&FrameFormat::ALL, &FileChange::ALL, 10);
+    let score = trial(&FrameFormat::ALL, &FileChange::ALL, 400);
     assert_eq!((score.wrong, score.harmless_lost), (0, 0), "{score:#?}");
-    assert!(score.refused as f64 > 0.5 * score.trials as f64, "{} of {}", score.refused, score.trials);
+    assert!(score.trials > 2000 && score.harmless > 500, "{} {}", score.trials, score.harmless);
+    assert!(score.refused as f64 > 0.9 * score.trials as f64, "{} of {}", score.refused, score.trials);
 }
 
+/// Bytes set to 0 and files cut short are found in every format.
 #[test]
-fn files_cut_short_are_refused() {
-    let score = trial(&FrameFormat::ALL, &[FileChange::Cut], 80);
-    assert_eq!(score.refused + score.unchanged, score.trials, "{score:#?}");
-}
-
-/// PNG has checksums of everything.
-#[test]
-fn every_damage_of_a_png_is_found() {
-    let damages: Vec<FileChange> = FileChange::ALL.into_iter().filter(|change| !change.is_harmless()).collect();
-    let score = trial(&[FrameFormat::Png], &damages, 80);
+fn zeroed_and_cut_files_are_refused() {
+    let score = trial(&FrameFormat::ALL, &[FileChange::Cut, FileChange::Removed], 80);
     assert_eq!(score.refused + score.unchanged, score.trials, "{score:#?}");
 }
 

@@ -46,20 +46,20 @@ fn frozen_images_are_no_measurement() {
 
 #[test]
 fn replayed_images_move_nothing() {
-    use SequenceFault::{Replayed, ReplayedElsewhere};
-    holds(&[Replayed, ReplayedElsewhere]);
+    use SequenceFault::{Replayed, ReplayedElsewhere, ReplayedNoisy};
+    holds(&[Replayed, ReplayedNoisy, ReplayedElsewhere]);
 }
 
 #[test]
 fn images_in_another_order_move_nothing() {
-    use SequenceFault::{Dropped, PlayedBackwards, Reversed};
-    holds(&[Reversed, PlayedBackwards, Dropped]);
+    use SequenceFault::{Dropped, PlayedBackwards, Reversed, Swapped};
+    holds(&[Reversed, PlayedBackwards, Swapped, Dropped]);
 }
 
 #[test]
 fn a_compass_that_lies_moves_nothing() {
-    use SequenceFault::{CompassDrift, CompassNoise, CompassReversed};
-    holds(&[CompassReversed, CompassDrift, CompassNoise]);
+    use SequenceFault::{CompassDrift, CompassNoise, CompassReversed, CompassStuck};
+    holds(&[CompassReversed, CompassDrift, CompassNoise, CompassStuck]);
 }
 
 #[test]

@@ -30,13 +30,13 @@ mod layer_state;
 mod level;
 mod manifest;
 mod migration;
-#[cfg(test)]
-mod old_formats;
 pub mod package;
 mod reader;
 mod remedy;
 mod source;
 mod stored_tile;
+#[cfg(test)]
+mod tests;
 mod tile_cache;
 mod tile_rows;
 mod verify;

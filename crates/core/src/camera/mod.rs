@@ -17,4 +17,4 @@ pub use deviation::CameraDeviation;
 pub use error::CameraError;
 pub use ground_view::{GroundGrid, GroundView, render};
 pub use intrinsics::Intrinsics;
-pub use pose::{Camera, View};
+pub use pose::{Camera, DeviatedCamera, View};

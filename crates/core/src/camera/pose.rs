@@ -145,14 +145,12 @@ impl Camera {
         self.intrinsics.ray_from_frame(pixel)
     }
 
-    /// The ground point of a ray (x / z, y / z) in the axes of a camera that differs from this one in height, pitch and roll, as an
-    /// offset from the nadir; `None` above the horizon.
-    pub fn body_from_ray(&self, [x, y]: [f64; 2], deviation: &CameraDeviation) -> Option<BodyOffset> {
+    /// A camera that differs from this one in height, pitch and roll.
+    pub fn deviated(&self, deviation: &CameraDeviation) -> DeviatedCamera {
         let [pitch_rad, roll_rad] = self.tilt_rad;
         let camera_from_body = camera_from_body(pitch_rad + deviation.pitch_rad, roll_rad + deviation.roll_rad);
-        let ray = camera_from_body.transpose() * Vector3::new(x, y, 1.0);
         let height_m = self.height_agl_m * deviation.log_height.exp();
-        (ray.z < -1e-6).then(|| BodyOffset { right_m: -ray.x / ray.z * height_m, ahead_m: -ray.y / ray.z * height_m })
+        DeviatedCamera { body_from_camera: camera_from_body.transpose(), height_m }
     }
 
     /// The ground point in the middle of the image, as an offset from the nadir; `None` above the horizon.
@@ -188,6 +186,22 @@ impl Camera {
         let (w, h) = (f64::from(w), f64::from(h));
         let corner = |x, y| self.body_from_frame([x, y]);
         Some([corner(0.0, 0.0)?, corner(w, 0.0)?, corner(w, h)?, corner(0.0, h)?])
+    }
+}
+
+/// A camera's height and axes, without its lens.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviatedCamera {
+    body_from_camera: Matrix3<f64>,
+    height_m: f64,
+}
+
+impl DeviatedCamera {
+    /// The ground point of a ray (x / z, y / z), as an offset from the nadir; `None` above the horizon.
+    pub fn body_from_ray(&self, [x, y]: [f64; 2]) -> Option<BodyOffset> {
+        let ray = self.body_from_camera * Vector3::new(x, y, 1.0);
+        (ray.z < -1e-6)
+            .then(|| BodyOffset { right_m: -ray.x / ray.z * self.height_m, ahead_m: -ray.y / ray.z * self.height_m })
     }
 }
 

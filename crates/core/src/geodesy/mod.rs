@@ -13,7 +13,7 @@ mod geodetic;
 mod heading;
 mod mercator;
 #[cfg(test)]
-mod sphere;
+mod tests;
 mod wgs84;
 mod world;
 

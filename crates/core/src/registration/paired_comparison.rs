@@ -107,8 +107,8 @@ impl PlacedProducts {
                     continue;
                 }
                 let at = axes.cell([x as f64 + 0.5 - nadir_px[0], y as f64 + 0.5 - nadir_px[1]]);
-                let (column, row) =
-                    ((at[0].floor() as i32 - first[0]) as usize, (at[1].floor() as i32 - first[1]) as usize);
+                // Not negative, because `first` is the least of the corners: truncation is the floor.
+                let [column, row] = [0, 1].map(|axis| (at[axis] - f64::from(first[axis])) as usize);
                 let Some(cell) = cells.get_mut(row * columns + column) else { continue };
                 cell.channels += (0..4).map(|k| i32::from(f[k]) * i32::from(m[k])).sum::<i32>();
                 cell.energies += u32::from(e) * u32::from(g);

@@ -7,8 +7,8 @@
 //! # References
 //! Photogrammetric space resection with self-calibration (Luhmann et al., Close-Range Photogrammetry, 4.2.3 and 4.4).
 
-use crate::camera::{Camera, CameraDeviation};
-use crate::geodesy::BodyFrame;
+use crate::camera::{Camera, CameraDeviation, DeviatedCamera};
+use crate::geodesy::{BodyFrame, BodyOffset};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// Parameters: east and north of the image's centre, turn, logarithm of the height, pitch, roll, aspect, shear, radial distortion.
@@ -124,6 +124,16 @@ struct Resecting<'a> {
     mean_square: f64,
 }
 
+/// The camera of some parameters.
+struct Projection {
+    deviation: CameraDeviation,
+    camera: DeviatedCamera,
+    /// The ground point under the image's centre, from the nadir.
+    centre: BodyOffset,
+    axes: BodyFrame,
+    centre_px: Vector2<f64>,
+}
+
 /// The normal equations of one round.
 struct Normal {
     /// Of the data alone, for a unit variance of 1.
@@ -208,21 +218,30 @@ impl<'a> Resecting<'a> {
         ParameterMatrix::from_diagonal(&information)
     }
 
-    /// Where a ray of the stated camera lies on the map, px from the common origin; `None` above the horizon.
-    fn predicted(&self, ray: [f64; 2], at: &Parameters) -> Option<Vector2<f64>> {
+    /// The camera of some parameters; `None` where its centre looks above the horizon.
+    fn projection(&self, at: &Parameters) -> Option<Projection> {
         let deviation = self.deviation(at);
-        let ground = |ray| self.start.camera.body_from_ray(deviation.ray(ray, self.mean_square), &deviation);
-        let (point, centre) = (ground(ray)?, ground(self.centre_ray)?);
-        let offset = BodyFrame::from_heading_rad(self.start.heading_rad + at[2]).enu_from_body(point - centre);
-        Some(Vector2::new(at[0], at[1]) + self.start.px_from_enu * Vector2::new(offset.east_m, offset.north_m))
+        let camera = self.start.camera.deviated(&deviation);
+        Some(Projection {
+            deviation,
+            camera,
+            centre: camera.body_from_ray(deviation.ray(self.centre_ray, self.mean_square))?,
+            axes: BodyFrame::from_heading_rad(self.start.heading_rad + at[2]),
+            centre_px: Vector2::new(at[0], at[1]),
+        })
     }
 
-    fn residual(&self, index: usize, at: &Parameters) -> Option<Vector2<f64>> {
-        Some(self.correspondences[index].map_px - self.predicted(self.rays[index], at)?)
+    /// The residual of a correspondence, map px; `None` above the horizon.
+    fn residual(&self, index: usize, by: &Projection) -> Option<Vector2<f64>> {
+        let point = by.camera.body_from_ray(by.deviation.ray(self.rays[index], self.mean_square))?;
+        let offset = by.axes.enu_from_body(point - by.centre);
+        let predicted = by.centre_px + self.start.px_from_enu * Vector2::new(offset.east_m, offset.north_m);
+        Some(self.correspondences[index].map_px - predicted)
     }
 
     fn within_tolerance(&self, at: &Parameters) -> usize {
-        let is_within = |&i: &usize| self.residual(i, at).is_some_and(|r| r.norm() <= self.start.tolerance_px);
+        let Some(by) = self.projection(at) else { return 0 };
+        let is_within = |&i: &usize| self.residual(i, &by).is_some_and(|r| r.norm() <= self.start.tolerance_px);
         (0..self.correspondences.len()).filter(is_within).count()
     }
 
@@ -233,15 +252,16 @@ impl<'a> Resecting<'a> {
         let right = |residual: Vector2<f64>| {
             share * (-residual.norm_squared() / (2.0 * variance_px2)).exp() / (std::f64::consts::TAU * variance_px2)
         };
-        let weight = |i| self.residual(i, at).map_or(0.0, |r| right(r) / (right(r) + wrong));
+        let Some(by) = self.projection(at) else { return vec![0.0; before.len()] };
+        let weight = |i| self.residual(i, &by).map_or(0.0, |r| right(r) / (right(r) + wrong));
         (0..before.len()).map(weight).collect()
     }
 
     /// The variance per axis of right correspondences, px^2, where `determined` parameters were fitted.
     fn variance_px2(&self, at: &Parameters, weights: &[f64], determined: f64) -> Option<f64> {
-        let mut sum = 0.0;
+        let (mut sum, by) = (0.0, self.projection(at)?);
         for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            sum += weight * self.residual(i, at)?.norm_squared();
+            sum += weight * self.residual(i, &by)?.norm_squared();
         }
         let freedom = (2.0 * weights.iter().sum::<f64>() - determined).max(1.0);
         Some((sum / freedom).clamp(LEAST_SCATTER_PX.powi(2), MOST_SCATTER_PX.powi(2)))
@@ -249,13 +269,18 @@ impl<'a> Resecting<'a> {
 
     fn normal(&self, at: &Parameters, weights: &[f64]) -> Option<Normal> {
         let mut normal = Normal { data: ParameterMatrix::zeros(), right: Parameters::zeros() };
+        let by = self.projection(at)?;
+        let moved = (0..PARAMETERS).map(|parameter| {
+            let mut moved = *at;
+            moved[parameter] += STEP;
+            self.projection(&moved)
+        });
+        let moved = moved.collect::<Option<Vec<Projection>>>()?;
         for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let residual = self.residual(i, at)?;
+            let residual = self.residual(i, &by)?;
             let mut design = SMatrix::<f64, 2, PARAMETERS>::zeros();
-            for parameter in 0..PARAMETERS {
-                let mut moved = *at;
-                moved[parameter] += STEP;
-                let slope = (residual - self.residual(i, &moved)?) / STEP;
+            for (parameter, moved) in moved.iter().enumerate() {
+                let slope = (residual - self.residual(i, moved)?) / STEP;
                 design.set_column(parameter, &slope);
             }
             let information = self.correspondences[i].information * *weight;
@@ -267,9 +292,9 @@ impl<'a> Resecting<'a> {
 
     /// The variance of an observation of information 1, where `determined` parameters were fitted.
     fn unit_variance(&self, at: &Parameters, weights: &[f64], determined: f64) -> Option<f64> {
-        let mut sum = 0.0;
+        let (mut sum, by) = (0.0, self.projection(at)?);
         for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let residual = self.residual(i, at)?;
+            let residual = self.residual(i, &by)?;
             sum += weight * residual.dot(&(self.correspondences[i].information * residual));
         }
         let freedom = (2.0 * weights.iter().sum::<f64>() - determined).max(1.0);
@@ -302,7 +327,7 @@ mod tests {
         };
         let ground = |pixel| {
             let ray = deviation.ray(camera.ray_from_frame(pixel), 0.04);
-            camera.body_from_ray(ray, deviation).unwrap()
+            camera.deviated(deviation).body_from_ray(ray).unwrap()
         };
         let centre = ground([128.0, 96.0]);
         let mut all = Vec::new();

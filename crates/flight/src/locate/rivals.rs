@@ -33,12 +33,15 @@ const OWN_PEAK_PX: f64 = 5.0;
 const MAXIMUM_RADIUS_PX: usize = 3;
 /// A rival that knows less than this share of the ground compared at the place is not compared.
 const LEAST_OVERLAP: f64 = 0.3;
-/// Places correlated at most, pixels; beyond, a coarser level is taken.
-const MAX_PLACES: f64 = 1.1e6;
+/// Places correlated at most, pixels; beyond, a coarser level is taken. A lattice too fine for that level repeats within the square
+/// that is compared around the place on every finer level.
+const MAX_PLACES: f64 = 2e5;
 /// Half edge of the square around the place that is compared on every level, pixels.
 const NEAR_PX: isize = 12;
 /// Step of that comparison, pixels.
 const NEAR_STEP_PX: isize = 2;
+/// Rows of the view that one compared row stands for.
+const NEAR_ROW_STEP: usize = 2;
 /// On that grid a rival may lie a pixel off its maximum, which costs it up to this share of its T.
 const NEAR_SHARE: f64 = 0.7 * RIVAL_SHARE;
 /// Rivals taken from the surroundings of the place on one level.
@@ -49,6 +52,13 @@ const CLEAR_Z_SCORE: f64 = 8.0;
 const CLEAR_SECOND_SHARE: f64 = 0.55;
 /// Renderings that bring a rival to its best sub-pixel phase.
 const PHASE_ROUNDS: usize = 3;
+/// A copy of the ground has about the T of the place: a rival whose best phase stays below this share needs no exact phase.
+const EQUAL_SHARE: f64 = 0.6;
+/// The parabola through whole pixels may miss the height of a maximum by this factor: a lattice of 4 px seen half a pixel off on both
+/// axes, where it gives 0.88 of each.
+const MAX_PHASE_GAIN: f64 = 1.3;
+/// Headings (radians) and scales (ratios) within this of each other give the same maximum.
+const SAME_HEADING_RAD: f64 = 0.03;
 
 /// The result of a comparison with all rivals.
 #[derive(Debug, Clone, Copy, Default)]
@@ -85,11 +95,28 @@ pub struct RivalSearch<'a> {
     pub prepared: &'a PreparedFrame<'a>,
 }
 
-/// A pose at its best phase, with everything that a comparison needs.
+/// A pose at its best phase, and the observation there.
 struct SettledPlace {
     pose: CameraPose,
     statistic: f64,
-    products: PlacedProducts,
+    observation: Observation,
+    /// The pose under which the frame was observed, and the map's pixel under the view's corner.
+    observed: (CameraPose, [usize; 2]),
+}
+
+impl SettledPlace {
+    /// The products of view and map, for a comparison with another place.
+    fn products(&self) -> PlacedProducts {
+        let (pose, corner_px) = self.observed;
+        PlacedProducts::new(&Placement {
+            view: &self.observation.view_structure,
+            nadir_px: self.observation.view.grid.nadir_px,
+            heading_rad: pose.heading_rad,
+            scale: pose.height_ratio,
+            map: &self.observation.map_structure,
+            corner_px,
+        })
+    }
 }
 
 impl RivalSearch<'_> {
@@ -110,14 +137,15 @@ impl RivalSearch<'_> {
         if candidates.is_empty() {
             return Ok(report);
         }
-        let Some(found) = self.settled(place, 1)? else { return Ok(report) };
+        let Some(found) = self.settled(place, 1, 0.0)? else { return Ok(report) };
+        let products = found.products();
         for (pose, radius_px) in candidates {
             self.context.cancellation.check()?;
-            let Some(rival) = self.settled(&pose, radius_px)? else { continue };
+            let Some(rival) = self.settled(&pose, radius_px, EQUAL_SHARE * found.statistic)? else { continue };
             if is_same_place(&rival.pose, &found.pose) || rival.statistic < RIVAL_SHARE * found.statistic {
                 continue;
             }
-            let Some(difference) = found.products.compare(&rival.products) else { continue };
+            let Some(difference) = products.compare(&rival.products()) else { continue };
             if difference.overlap < LEAST_OVERLAP {
                 continue;
             }
@@ -160,8 +188,12 @@ impl RivalSearch<'_> {
             let rivals = self.surface_maxima(place, &area)?;
             candidates.extend(rivals.into_iter().map(|pose| (pose.at_zoom(place.zoom), radius_px(area.zoom()))));
         }
-        let peaks = coarse.peaks.iter().map(|p| p.pose);
-        candidates.extend(peaks.map(|pose| (pose.at_zoom(place.zoom), radius_px(pose.zoom.min(place.zoom)))));
+        for peak in &coarse.peaks {
+            let (pose, radius_px) = (peak.pose.at_zoom(place.zoom), radius_px(peak.pose.zoom.min(place.zoom)));
+            if !candidates.iter().any(|(known, _)| is_one_candidate(known, &pose, radius_px)) {
+                candidates.push((pose, radius_px));
+            }
+        }
         Ok(candidates)
     }
 
@@ -212,16 +244,17 @@ impl RivalSearch<'_> {
     ) -> Result<PairedDifference, StoreError> {
         let mut clearest = finest;
         for zoom in self.prepared.levels.coarse..place.zoom {
-            let Some(place) = self.settled(&place.at_zoom(zoom), 1)? else { continue };
-            let Some(rival) = self.settled(&rival.at_zoom(zoom), 1)? else { continue };
-            let difference = place.products.compare(&rival.products);
+            let Some(place) = self.settled(&place.at_zoom(zoom), 1, 0.0)? else { continue };
+            let Some(rival) = self.settled(&rival.at_zoom(zoom), 1, 0.0)? else { continue };
+            let difference = place.products().compare(&rival.products());
             clearest = difference.filter(|d| d.t_score() > clearest.t_score()).unwrap_or(clearest);
         }
         Ok(clearest)
     }
 
-    /// Brings a pose to the highest T within `radius_px`, first on whole pixels, then on fractions, each phase rendered anew.
-    fn settled(&self, pose: &CameraPose, radius_px: usize) -> Result<Option<SettledPlace>, StoreError> {
+    /// Brings a pose to the highest T within `radius_px`, first on whole pixels, then on fractions, each phase rendered anew. A place
+    /// that no phase brings to `least` stays on whole pixels.
+    fn settled(&self, pose: &CameraPose, radius_px: usize, least: f64) -> Result<Option<SettledPlace>, StoreError> {
         let mut pose = *pose;
         let mut best: Option<SettledPlace> = None;
         for round in 0..PHASE_ROUNDS {
@@ -229,19 +262,17 @@ impl RivalSearch<'_> {
             let Some(observation) = Observation::new(self.map, &self.prepared.frame, &pose, reach + 1)? else { break };
             let Some((offset, at)) = maximum_around(&observation, reach) else { break };
             let whole = offset.map(|d| d as f64);
+            let vertex = [whole[0] + at.vertex[0], whole[1] + at.vertex[1]];
+            let (start, end) = (pose, shifted(&pose, vertex));
             if best.as_ref().is_none_or(|b| at.value > b.statistic) {
                 let corner = offset.map(|d| (d + reach as isize + 1) as usize);
-                let products = PlacedProducts::new(&Placement {
-                    view: &observation.view_structure,
-                    nadir_px: observation.view.grid.nadir_px,
-                    heading_rad: pose.heading_rad,
-                    scale: pose.height_ratio,
-                    map: &observation.map_structure,
-                    corner_px: corner,
-                });
-                best = Some(SettledPlace { pose: shifted(&pose, whole), statistic: at.value, products });
+                let (pose, statistic, observed) = (shifted(&start, whole), at.value, (start, corner));
+                best = Some(SettledPlace { pose, statistic, observation, observed });
             }
-            pose = shifted(&pose, [whole[0] + at.vertex[0], whole[1] + at.vertex[1]]);
+            if MAX_PHASE_GAIN * at.vertex_value < least {
+                break;
+            }
+            pose = end;
         }
         Ok(best)
     }
@@ -250,7 +281,7 @@ impl RivalSearch<'_> {
 /// The offsets of the maxima of T around the pose of an observation, apart from its own peak, pixels. The map must reach
 /// [`NEAR_PX`] beyond the view.
 pub fn near_maxima(observation: &Observation) -> Vec<[f64; 2]> {
-    let statistic = ViewStatistic::new(&observation.view_structure);
+    let statistic = ViewStatistic::from_rows(&observation.view_structure, NEAR_ROW_STEP);
     let steps = NEAR_PX / NEAR_STEP_PX;
     let width = (2 * steps + 1) as usize;
     let offset = |i: usize| [(i % width) as isize - steps, (i / width) as isize - steps].map(|k| k * NEAR_STEP_PX);
@@ -274,6 +305,8 @@ pub fn near_maxima(observation: &Observation) -> Vec<[f64; 2]> {
 struct Maximum {
     value: f64,
     vertex: [f64; 2],
+    /// The value at the vertex.
+    vertex_value: f64,
 }
 
 /// The highest T of an observation within `reach` pixels of its pose, and its offset.
@@ -287,13 +320,14 @@ fn maximum_around(observation: &Observation, reach: usize) -> Option<([isize; 2]
     let offsets = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy]));
     let values = offsets.filter_map(|offset| Some((offset, at(offset)?)));
     let (offset, value) = values.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-    let vertex = [[1, 0], [0, 1]].map(|step: [isize; 2]| {
+    let [along, across] = [[1, 0], [0, 1]].map(|step: [isize; 2]| {
         let beside = |sign: isize| at([offset[0] + sign * step[0], offset[1] + sign * step[1]]);
-        let (Some(before), Some(after)) = (beside(-1), beside(1)) else { return 0.0 };
-        let bend = before - 2.0 * value + after;
-        if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        let (Some(before), Some(after)) = (beside(-1), beside(1)) else { return [0.0; 2] };
+        let (slope, bend) = (0.5 * (after - before), before - 2.0 * value + after);
+        if bend < 0.0 { [(-slope / bend).clamp(-0.5, 0.5), -0.5 * slope * slope / bend] } else { [0.0; 2] }
     });
-    Some((offset, Maximum { value, vertex }))
+    let vertex_value = value + along[1] + across[1];
+    Some((offset, Maximum { value, vertex: [along[0], across[0]], vertex_value }))
 }
 
 /// The local maxima of a surface, each the highest within `radius` samples: column, row and value.
@@ -319,6 +353,13 @@ fn shifted(pose: &CameraPose, [dx, dy]: [f64; 2]) -> CameraPose {
 
 fn distance_px(a: WorldPixel, b: WorldPixel) -> f64 {
     (a.x_px - b.x_px).hypot(a.y_px - b.y_px)
+}
+
+/// Whether the maximum within `radius_px` of a pose is that of another pose under almost the same heading and scale.
+fn is_one_candidate(known: &CameraPose, pose: &CameraPose, radius_px: usize) -> bool {
+    distance_px(known.nadir, pose.nadir) <= radius_px as f64
+        && wrap_turn_rad(known.heading_rad - pose.heading_rad).abs() < SAME_HEADING_RAD
+        && (known.height_ratio / pose.height_ratio).ln().abs() < SAME_HEADING_RAD
 }
 
 /// Whether two poses of one level are one place: near each other, under almost the same heading.

@@ -29,6 +29,8 @@ pub struct Hypotheses {
     /// Whether a fix has been accepted; before, there is only the stated start.
     has_fix: bool,
     doubtful_images: u32,
+    /// Whether fixes contradicted the filter and were neither confirmed nor refuted since.
+    is_unresolved: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -52,7 +54,14 @@ pub struct ImageUpdate {
 impl Hypotheses {
     /// Starts a flight.
     pub fn new(start: NavigationFilter) -> Self {
-        Self { unaided: start.clone(), aided: start, alternative: None, has_fix: false, doubtful_images: 0 }
+        Self {
+            unaided: start.clone(),
+            aided: start,
+            alternative: None,
+            has_fix: false,
+            doubtful_images: 0,
+            is_unresolved: false,
+        }
     }
 
     /// The filter that the navigator answers by.
@@ -77,7 +86,7 @@ impl Hypotheses {
 
     /// Whether the position is in doubt.
     pub fn is_lost(&self) -> bool {
-        self.is_contradicted() || self.doubtful_images > 0
+        self.is_contradicted() || self.is_unresolved || self.doubtful_images > 0
     }
 
     /// Covariance of the position: of the filter, and of the fixes that contradict it.
@@ -108,23 +117,28 @@ impl Hypotheses {
                 update.aided.apply(&mut alternative.filter, sensors)?;
                 self.aided = self.unaided.clone();
             }
+            None if self.is_unresolved => update.unaided.apply(&mut self.aided, sensors)?,
             None => update.aided.apply(&mut self.aided, sensors)?,
         }
         if update.is_unflyable {
             self.doubtful_images = DOUBTFUL_IMAGES;
+            // Fixes before and after it agree by chance: images in turns show two places that are equally far off.
+            if let Some(alternative) = &mut self.alternative {
+                alternative.fixes = 0;
+            }
         } else if matches!(update.aided, TimeUpdate::Odometry { .. }) {
             self.doubtful_images = self.doubtful_images.saturating_sub(1);
         }
         Ok(())
     }
 
-    /// Ends a contradiction that no further fix confirms; `false` where there is none. The filter's covariance keeps the place that
-    /// was contradicted: it is not refuted.
+    /// Ends a contradiction that no further fix confirms; `false` where there is none. The place that contradicts is not refuted: the
+    /// filter's covariance keeps it, and only fixes end the doubt.
     pub fn drop_alternative(&mut self) -> bool {
         let Some(alternative) = self.alternative.take() else { return false };
         let off = LocalFrame::at(self.aided.position()).enu_from_geodetic(alternative.filter.position());
         self.aided.widen_position(off);
-        self.doubtful_images = DOUBTFUL_IMAGES;
+        self.is_unresolved = true;
         true
     }
 
@@ -169,7 +183,14 @@ impl Hypotheses {
     }
 
     fn accept(&mut self, filter: NavigationFilter) {
-        *self = Self { unaided: filter.clone(), aided: filter, alternative: None, has_fix: true, doubtful_images: 0 };
+        *self = Self {
+            unaided: filter.clone(),
+            aided: filter,
+            alternative: None,
+            has_fix: true,
+            doubtful_images: 0,
+            is_unresolved: false,
+        };
     }
 }
 

@@ -9,13 +9,12 @@ use super::image_clock::{ImageClock, ImageTime};
 use super::image_history::{ImageHistory, ImageUse};
 use super::keyframes::{KeyframeStep, Keyframes};
 use super::options::NavigateOptions;
-use super::pending_registration::PendingRegistration;
+use super::pending_registration::{PendingRegistration, Searched};
 use super::position::{Position, PositionSource};
 use super::search_widening::SearchWidening;
 use super::time_update::TimeUpdate;
 use super::velocity::Velocity;
-use crate::locate::{Answer, Fix, LocateError, locate};
-use overfly_core::camera::CameraError;
+use crate::locate::{Answer, Fix};
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::Geodetic;
 use overfly_store::Reader;
@@ -75,13 +74,6 @@ pub struct Navigator<'a> {
     busy_until_s: f64,
     /// The flight before a pause: the image after it may turn out to have a wrong time.
     before_pause: Option<Box<Self>>,
-}
-
-/// The outcome of an absolute registration.
-struct Searched {
-    tiles: usize,
-    nominal_count: f64,
-    fix: Option<Fix>,
 }
 
 impl<'a> Navigator<'a> {
@@ -267,7 +259,7 @@ impl<'a> Navigator<'a> {
         let mut searched = None;
         let is_free = self.pending.is_none() && now_s >= self.busy_until_s;
         if is_free && image_use == ImageUse::All && self.is_absolute_due() {
-            searched = self.begin_absolute(image, now_s)?;
+            searched = self.begin_absolute(image)?;
             let done_s = self.pending.as_ref().map_or(now_s, |p| p.done_s);
             if self.waits(done_s, image) {
                 self.busy_until_s = done_s;
@@ -324,33 +316,13 @@ impl<'a> Navigator<'a> {
         }
     }
 
-    fn begin_absolute(&mut self, image: &FlightImage, now_s: f64) -> Result<Option<Searched>, NavigateError> {
+    fn begin_absolute(&mut self, image: &FlightImage) -> Result<Option<Searched>, NavigateError> {
         let widening = if self.hypotheses.is_contradicted() { SearchWidening::default() } else { self.widening };
         let request = widening.request(&self.options.layer, image, self.hypotheses.searched());
-        let answer = match locate(self.store, &image.gray, &request, self.options.threads) {
-            // A region too large to search and a camera tilted too far give no fix; the flight goes on.
-            Err(
-                LocateError::TooWide { .. }
-                | LocateError::MemoryLimit { .. }
-                | LocateError::Camera(CameraError::TooFarOffNadir { .. }),
-            ) => {
-                return Ok(None);
-            }
-            answer => answer?,
-        };
-        let (tiles, nominal_count, fix) = match &answer {
-            Answer::Fix(f) => (f.tiles_searched, f.nominal_count, Some(f.clone())),
-            Answer::NoFix(n) => (n.tiles_searched, n.nominal_count, None),
-        };
-        self.pending = Some(PendingRegistration {
-            done_s: now_s + self.options.execution_times.absolute_s(tiles),
-            answer,
-            image: image.clone(),
-            hypotheses: self.hypotheses.clone(),
-            updates: Vec::new(),
-        });
+        let begun = PendingRegistration::begin(self.store, self.options, image, &request, self.hypotheses.clone())?;
+        let Some(pending) = begun else { return Ok(None) };
         self.images_since_absolute = 0;
-        Ok(Some(Searched { tiles, nominal_count, fix }))
+        Ok(Some(self.pending.insert(pending).searched()))
     }
 
     /// Uses the result of the pending registration, where it is due by `now_s`.

@@ -4,8 +4,10 @@ use super::error::NavigateError;
 use super::flight_image::FlightImage;
 use super::hypotheses::{Hypotheses, ImageUpdate};
 use super::measurements::{FixMeasurement, SensorSigmas};
-use crate::locate::{Answer, Fix};
+use super::options::NavigateOptions;
+use crate::locate::{Answer, Fix, FixRequest, LocateError, locate};
 use overfly_core::camera::CameraError;
+use overfly_store::Reader;
 
 /// A fix outside the gate starts an alternative filter only where it is at least this sure.
 const SURE_LOG10_FALSE_ALARMS: f64 = -9.0;
@@ -25,7 +27,53 @@ pub struct PendingRegistration {
     pub updates: Vec<ImageUpdate>,
 }
 
+/// What an absolute registration searched and found.
+pub struct Searched {
+    /// Base tiles searched.
+    pub tiles: usize,
+    /// Nominal count of the search.
+    pub nominal_count: f64,
+    /// The fix, if there is one.
+    pub fix: Option<Fix>,
+}
+
 impl PendingRegistration {
+    /// Registers an image. `None` where the region is too large to search or the camera is tilted too far: the flight goes on.
+    ///
+    /// # Errors
+    /// Where the store cannot be searched.
+    pub fn begin(
+        store: &Reader,
+        options: &NavigateOptions,
+        image: &FlightImage,
+        request: &FixRequest,
+        hypotheses: Hypotheses,
+    ) -> Result<Option<Self>, NavigateError> {
+        let answer = match locate(store, &image.gray, request, options.threads) {
+            Err(
+                LocateError::TooWide { .. }
+                | LocateError::MemoryLimit { .. }
+                | LocateError::Camera(CameraError::TooFarOffNadir { .. }),
+            ) => return Ok(None),
+            answer => answer?,
+        };
+        let mut pending = Self { done_s: image.time_s, answer, image: image.clone(), hypotheses, updates: Vec::new() };
+        pending.done_s += options.execution_times.absolute_s(pending.searched().tiles);
+        Ok(Some(pending))
+    }
+
+    /// What was searched and found.
+    pub fn searched(&self) -> Searched {
+        match &self.answer {
+            Answer::Fix(fix) => {
+                Searched { tiles: fix.tiles_searched, nominal_count: fix.nominal_count, fix: Some(fix.clone()) }
+            }
+            Answer::NoFix(no_fix) => {
+                Searched { tiles: no_fix.tiles_searched, nominal_count: no_fix.nominal_count, fix: None }
+            }
+        }
+    }
+
     /// The filters at the image, updated with its fix, and whether the fix was accepted.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The most orthophotos that are open at once.
-const MAX_OPEN: NonZeroUsize = NonZeroUsize::new(32).unwrap();
+const MAX_OPEN: NonZeroUsize = NonZeroUsize::new(32).expect("32 is not 0");
 
 /// The orthophotos of a build.
 pub struct SourcePool {

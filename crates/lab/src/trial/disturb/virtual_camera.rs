@@ -77,7 +77,7 @@ impl<'a> VirtualCamera<'a> {
     fn ground(&self, [x, y]: [f64; 2]) -> Option<BodyOffset> {
         let [left, top] = self.corner_px();
         let ray = self.source.ray_from_frame([x + left, y + top]);
-        self.source.body_from_ray(self.deviation.ray(ray, 0.0), &self.deviation)
+        self.source.deviated(&self.deviation).body_from_ray(self.deviation.ray(ray, 0.0))
     }
 
     /// The position in the source's frame that shows the same ground.

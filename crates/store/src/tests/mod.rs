@@ -1,0 +1,3 @@
+//! Tests of several modules of this crate together.
+
+mod old_formats;
