@@ -136,11 +136,11 @@ mod tests {
         let (w, h) = (frame.width_px(), frame.height_px());
         let tilted = camera(5.0, w as u32, h as u32, [128.0 - left, 96.0 - top]);
         // The nadir lies behind the centre by h tan(5 degrees).
-        let behind_m = virtual_camera.centre_from_nadir().unwrap().ahead_m;
-        assert!((behind_m - 2200.0 * 5f64.to_radians().tan()).abs() < 3.0, "{behind_m}");
+        let centre = virtual_camera.centre_from_nadir().unwrap();
+        assert!((centre.ahead_m - 2200.0 * 5f64.to_radians().tan()).abs() < 3.0, "{centre:?}");
         for (x, y) in [(3, 4), (w - 4, 6), (w / 2, h - 5)] {
             let at = tilted.body_from_frame([x as f64 + 0.5, y as f64 + 0.5]).unwrap();
-            let expected = ground(at.right_m, at.ahead_m - behind_m);
+            let expected = ground(at.right_m - centre.right_m, at.ahead_m - centre.ahead_m);
             assert!((frame.at(x, y) - expected).abs() < 0.02, "{x} {y}: {} {expected}", frame.at(x, y));
         }
     }

@@ -279,7 +279,7 @@ mod tests {
             time_s: 4.0 * i as f64,
             true_position: None,
             true_heading_rad: None,
-            height_agl_m: 500.0,
+            height_agl_m: 500.0 + i as f64,
             heading_rad: 1.0 + 0.01 * i as f64,
             attitude: Attitude::exact(0.0, 0.0),
         };
