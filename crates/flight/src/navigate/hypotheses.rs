@@ -47,8 +47,21 @@ pub struct ImageUpdate {
     pub aided: TimeUpdate,
     /// Without the camera.
     pub unaided: TimeUpdate,
-    /// Whether the camera showed a motion that no aircraft can fly, or that the compass contradicts.
-    pub is_unflyable: bool,
+    /// What makes the camera doubtful.
+    pub doubt: CameraDoubt,
+}
+
+/// What makes the camera doubtful at an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CameraDoubt {
+    /// Nothing.
+    None,
+    /// The compass contradicts the filter's heading: one of the two is wrong, and no doubt ends.
+    Heading,
+    /// The compass contradicts the turn that the camera shows.
+    Turn,
+    /// The camera shows a motion that no aircraft can fly.
+    Motion,
 }
 
 impl Hypotheses {
@@ -120,14 +133,15 @@ impl Hypotheses {
             None if self.is_unresolved => update.unaided.apply(&mut self.aided, sensors)?,
             None => update.aided.apply(&mut self.aided, sensors)?,
         }
-        if update.is_unflyable {
-            self.doubtful_images = DOUBTFUL_IMAGES;
-            // Fixes before and after it agree by chance: images in turns show two places that are equally far off.
-            if let Some(alternative) = &mut self.alternative {
-                alternative.fixes = 0;
-            }
-        } else if matches!(update.aided, TimeUpdate::Odometry { .. }) {
-            self.doubtful_images = self.doubtful_images.saturating_sub(1);
+        let is_odometry = matches!(update.aided, TimeUpdate::Odometry { .. });
+        self.doubtful_images = match update.doubt {
+            CameraDoubt::None if is_odometry => self.doubtful_images.saturating_sub(1),
+            CameraDoubt::None | CameraDoubt::Heading => self.doubtful_images,
+            CameraDoubt::Turn | CameraDoubt::Motion => DOUBTFUL_IMAGES,
+        };
+        // Fixes before and after it agree by chance: images in turns show two places that are equally far off.
+        if let (CameraDoubt::Motion, Some(alternative)) = (update.doubt, &mut self.alternative) {
+            alternative.fixes = 0;
         }
         Ok(())
     }
@@ -233,14 +247,14 @@ mod tests {
     }
 
     /// 180 m north by velocity and compass, with and without the camera.
-    fn fly(hypotheses: &mut Hypotheses, is_unflyable: bool) {
+    fn fly(hypotheses: &mut Hypotheses, doubt: CameraDoubt) {
         let update = TimeUpdate::DeadReckoning {
             displacement: Enu { east_m: 0.0, north_m: 180.0 },
             sigma_m: 9.0,
             reading: READING,
             unseen: Manoeuvre::default(),
         };
-        let update = ImageUpdate { aided: update.clone(), unaided: update, is_unflyable };
+        let update = ImageUpdate { aided: update.clone(), unaided: update, doubt };
         hypotheses.predict(&update, &SENSORS).unwrap();
     }
 
@@ -249,7 +263,7 @@ mod tests {
         let mut told = flight();
         assert!(tell(&mut told, 0.0));
         for image in 1..12 {
-            fly(&mut told, false);
+            fly(&mut told, CameraDoubt::None);
             // The images of ten images ago.
             assert!(!tell(&mut told, 180.0 * f64::from(image) - 1800.0), "image {image}");
             assert!(told.is_lost());
@@ -260,9 +274,9 @@ mod tests {
             let [here, there] = [0.0, -1800.0].map(|north_m| Enu { east_m: 0.0, north_m });
             assert!([here, there].iter().all(|off| told.position_covariance().contains_95(*off)));
         }
-        fly(&mut told, false);
+        fly(&mut told, CameraDoubt::None);
         assert!(!tell(&mut told, 180.0 * 12.0) && told.is_lost());
-        fly(&mut told, false);
+        fly(&mut told, CameraDoubt::None);
         assert!(tell(&mut told, 180.0 * 13.0) && !told.is_lost());
     }
 
@@ -270,7 +284,7 @@ mod tests {
     fn two_fixes_that_agree_replace_a_wrong_start() {
         let mut told = flight();
         assert!(!tell(&mut told, 900.0) && told.is_lost());
-        fly(&mut told, false);
+        fly(&mut told, CameraDoubt::None);
         assert!(tell(&mut told, 1080.0) && !told.is_lost());
         assert!(LocalFrame::at(at(1080.0)).enu_from_geodetic(told.filter().position()).length_m() < 1.0);
     }
@@ -279,9 +293,9 @@ mod tests {
     fn after_a_motion_that_cannot_be_flown_one_fix_is_not_enough() {
         let mut told = flight();
         assert!(tell(&mut told, 0.0));
-        fly(&mut told, true);
+        fly(&mut told, CameraDoubt::Motion);
         assert!(told.is_lost() && !tell(&mut told, 180.0));
-        fly(&mut told, false);
+        fly(&mut told, CameraDoubt::None);
         assert!(tell(&mut told, 360.0) && !told.is_lost());
     }
 }

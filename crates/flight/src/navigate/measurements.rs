@@ -28,6 +28,12 @@ impl SensorReading {
             height_m: keep(self.height_m, (low..=high).contains(&self.height_m)),
         }
     }
+
+    /// The reading without what another reading lacks.
+    pub(super) fn without(self, other: Self) -> Self {
+        let keep = |value: f64, other: f64| if other.is_finite() { value } else { f64::NAN };
+        Self { heading_rad: keep(self.heading_rad, other.heading_rad), height_m: keep(self.height_m, other.height_m) }
+    }
 }
 
 /// Error model of compass and altimeter: a constant offset and white noise each, one standard deviation.

@@ -21,6 +21,7 @@ mod options;
 mod pending_registration;
 mod position;
 mod search_widening;
+mod stuck_sensors;
 mod time_update;
 mod velocity;
 

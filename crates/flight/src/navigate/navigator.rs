@@ -4,7 +4,7 @@ use super::error::NavigateError;
 use super::filter::NavigationFilter;
 use super::flight_image::FlightImage;
 use super::flight_limits::Manoeuvre;
-use super::hypotheses::{Hypotheses, ImageUpdate};
+use super::hypotheses::{CameraDoubt, Hypotheses, ImageUpdate};
 use super::image_clock::{ImageClock, ImageTime};
 use super::image_history::{ImageHistory, ImageUse};
 use super::keyframes::{KeyframeStep, Keyframes};
@@ -12,6 +12,7 @@ use super::options::NavigateOptions;
 use super::pending_registration::{PendingRegistration, Searched};
 use super::position::{Position, PositionSource};
 use super::search_widening::SearchWidening;
+use super::stuck_sensors::StuckSensors;
 use super::time_update::TimeUpdate;
 use super::velocity::Velocity;
 use crate::locate::{Answer, Fix};
@@ -53,6 +54,7 @@ pub struct Navigator<'a> {
     options: &'a NavigateOptions,
     clock: ImageClock,
     images: ImageHistory,
+    stuck_sensors: StuckSensors,
     /// The filters at the last image.
     hypotheses: Hypotheses,
     keyframes: Keyframes,
@@ -99,6 +101,7 @@ impl<'a> Navigator<'a> {
             options,
             clock,
             images: ImageHistory::new(first.gray.clone()),
+            stuck_sensors: StuckSensors::new(first.reading),
             keyframes: Keyframes::new(first.clone(), filter.clone()),
             hypotheses: Hypotheses::new(filter),
             velocity: Velocity::new(options),
@@ -129,6 +132,7 @@ impl<'a> Navigator<'a> {
             ImageTime::Wrong { elapsed_s } => return Ok(self.position_at_wrong_time(stated_s, elapsed_s)),
         };
         image.time_s = time_s;
+        image.reading = self.stuck_sensors.checked(image.reading.plausible());
         self.tilt_sigma_ratio = image.tilt_sigma_ratio();
         self.finish_pending(time_s)?;
         let least_motion_m = self.velocity.least_distance_m(elapsed_s);
@@ -137,10 +141,17 @@ impl<'a> Navigator<'a> {
             image.gray = filled.into();
         }
         let relative_count = usize::from(self.uses_odometry(&image) && usable == ImageUse::All);
+        let stated = image.reading;
         let (image_use, is_registered) = self.predict(&mut image, elapsed_s, usable)?;
         match image_use {
             ImageUse::Nothing => self.keyframes.skip(),
-            _ => self.keyframes.add(image.clone(), self.hypotheses.filter().clone(), is_registered, elapsed_s),
+            // The next turn by the compass begins at the reading, whether it was believed or not.
+            _ => self.keyframes.add(
+                FlightImage { reading: stated, ..image.clone() },
+                self.hypotheses.filter().clone(),
+                is_registered,
+                elapsed_s,
+            ),
         }
         self.images_since_absolute = self.images_since_absolute.saturating_add(1);
         let position = self.register(&image, relative_count, image_use)?;
@@ -191,13 +202,15 @@ impl<'a> Navigator<'a> {
         let filter = self.hypotheses.filter();
         let most = Manoeuvre::largest(options, self.velocity.speed_mps(), filter.height_m(), elapsed_s);
         let of_unaided = self.hypotheses.unaided().gated(image.reading, sensors, most);
-        image.reading = filter.gated(image.reading, sensors, most);
+        let read = filter.gated(image.reading, sensors, most);
+        let is_refused = image.reading.heading_rad.is_finite() && !read.heading_rad.is_finite();
+        let doubt = if is_refused { CameraDoubt::Heading } else { CameraDoubt::None };
         let step = if usable == ImageUse::All && self.uses_odometry(image) {
             self.keyframes.step_to(image, elapsed_s, self.velocity, options)?
         } else {
             KeyframeStep::None
         };
-        let read = image.reading;
+        image.reading = read;
         let turn_rad = read.heading_rad - filter.compass_offset_rad() - filter.heading().radians();
         let sway_m = image.sway_sigma_ratio(elapsed_s, turn_rad) * filter.height_m();
         let reckon = |velocity: &mut Velocity, from: &NavigationFilter, reading| {
@@ -209,12 +222,16 @@ impl<'a> Navigator<'a> {
             KeyframeStep::Motion { step, from, reading, is_doubtful }
                 if from.is_none() || !self.hypotheses.is_contradicted() =>
             {
+                let reading = read.without(reading);
                 image.reading = reading;
                 let aided = TimeUpdate::Odometry { step, reading };
                 let is_from_last = from.is_none();
                 let before = self.hypotheses.filter().clone();
                 let from = from.map(|filter| *filter);
-                self.apply(ImageUpdate { aided, unaided, is_unflyable: is_doubtful }, from)?;
+                self.apply(
+                    ImageUpdate { aided, unaided, doubt: if is_doubtful { CameraDoubt::Turn } else { doubt } },
+                    from,
+                )?;
                 // A step from an earlier image than the last does not measure the velocity since the last.
                 if is_from_last && !self.hypotheses.is_contradicted() {
                     self.velocity = self.velocity.measured(&before, self.hypotheses.filter(), elapsed_s);
@@ -223,12 +240,12 @@ impl<'a> Navigator<'a> {
             }
             KeyframeStep::Unflyable { off_m } => {
                 let aided = reckon(&mut self.velocity, self.hypotheses.filter(), read).widened(off_m);
-                self.apply(ImageUpdate { aided, unaided, is_unflyable: true }, None)?;
+                self.apply(ImageUpdate { aided, unaided, doubt: CameraDoubt::Motion }, None)?;
                 Ok((ImageUse::Comparison, false))
             }
             KeyframeStep::Motion { .. } | KeyframeStep::None => {
                 let aided = reckon(&mut self.velocity, self.hypotheses.filter(), read);
-                self.apply(ImageUpdate { aided, unaided, is_unflyable: false }, None)?;
+                self.apply(ImageUpdate { aided, unaided, doubt }, None)?;
                 Ok((usable, false))
             }
         }
