@@ -6,6 +6,10 @@ use serde::{Deserialize, Serialize};
 
 /// The 95 % quantile of chi-square with two degrees of freedom: -2 ln(0.05).
 pub const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
+/// The 99.9 % quantile of chi-square with two degrees of freedom.
+pub const CHI_SQUARE_999: f64 = 13.815_510_557_964_274;
+/// The 99.99 % quantile of chi-square with two degrees of freedom.
+pub const CHI_SQUARE_9999: f64 = 18.420_680_743_952_367;
 
 /// The covariance of a horizontal position in east and north, m^2. JSON spells it [[ee, en], [en, nn]].
 ///

@@ -19,7 +19,7 @@ mod world;
 
 pub use body::{BodyFrame, BodyOffset};
 pub use bounds::{GeodeticBounds, bounds_as_array};
-pub use covariance::{CHI_SQUARE_95, EnuCovariance, ErrorEllipse};
+pub use covariance::{CHI_SQUARE_95, CHI_SQUARE_999, CHI_SQUARE_9999, EnuCovariance, ErrorEllipse};
 pub use enu::{Enu, LocalFrame};
 pub use error::GeodesyError;
 pub use geodesic::{Geodesic, destination, geodesic_between};

@@ -46,6 +46,9 @@ pub enum JpegDamage {
     /// A coefficient that pixels of 8 bits cannot have.
     #[error("a coefficient is out of the range of 8-bit pixels")]
     Range,
+    /// A block full of coefficients that are those of the block before.
+    #[error("the coded data are a run of equal bytes")]
+    Repeated,
     /// A run of blocks without coefficients that is longer than the blocks left.
     #[error("a run of empty blocks goes on after the last block")]
     EmptyRun,

@@ -31,19 +31,19 @@ pub(super) fn decode_scan<L: Level>(
     let is_single = scan.components.len() == 1;
     let mut block = Block::new();
     data.each_run(|bits, first, count| {
-        let mut predictions = [0i32; 4];
+        let mut before = [BlockBefore::default(); 4];
         for unit in first..first + count {
             let (unit_column, unit_row) = (unit % data.row_units, unit / data.row_units);
-            for ((part, tables), prediction) in scan.components.iter().zip(tables).zip(&mut predictions) {
+            for ((part, tables), before) in scan.components.iter().zip(tables).zip(&mut before) {
                 let component = &frame.components[part.index];
                 let [across, down] = if is_single { [1, 1] } else { [component.across, component.down] };
                 for i in 0..across * down {
                     match &mut planes[part.index] {
                         Some(plane) => {
-                            read_block::<true>(bits, tables, prediction, &mut block)?;
+                            read_block::<true>(bits, tables, before, &mut block)?;
                             plane.put(unit_column * across + i % across, unit_row * down + i / across, &block);
                         }
-                        None => read_block::<false>(bits, tables, prediction, &mut block)?,
+                        None => read_block::<false>(bits, tables, before, &mut block)?,
                     }
                 }
             }
@@ -52,12 +52,25 @@ pub(super) fn decode_scan<L: Level>(
     })
 }
 
+/// What a block is compared with: the block of its component before it.
+#[derive(Debug, Clone, Copy, Default)]
+struct BlockBefore {
+    /// Its first coefficient, over the step.
+    first: i32,
+    /// A hash of the others.
+    hash: u32,
+}
+
+/// No camera gives two blocks one after the other with this many coefficients and all of them equal: the coded data are a run of equal
+/// bytes.
+const MOST_REPEATED: u32 = 40;
+
 /// Reads a block; its coefficients are stored where they are to be kept.
 #[inline(always)]
 fn read_block<const KEPT: bool>(
     bits: &mut BitReader,
     tables: &Tables,
-    prediction: &mut i32,
+    before: &mut BlockBefore,
     block: &mut Block,
 ) -> Result<(), JpegDamage> {
     let word = bits.word();
@@ -65,16 +78,17 @@ fn read_block<const KEPT: bool>(
     if size > 11 {
         return Err(JpegDamage::Range);
     }
-    *prediction += extended(word << length, size);
+    before.first += extended(word << length, size);
     bits.skip(length + size);
     let step = i32::from(tables.steps[0]);
-    let value = *prediction * step;
+    let value = before.first * step;
     if !is_dc_possible(value, step) {
         return Err(JpegDamage::Range);
     }
     if KEPT {
         block.begin(value);
     }
+    let (mut hash, mut count) = (0u32, 0);
     let mut k = 1;
     while k < 64 {
         let word = bits.word();
@@ -106,7 +120,13 @@ fn read_block<const KEPT: bool>(
         if KEPT {
             block.put(k, value);
         }
+        hash = (hash ^ (value as u32) << 8 ^ k as u32).wrapping_mul(0x0100_0193);
+        count += 1;
         k += 1;
     }
+    if count >= MOST_REPEATED && hash == before.hash {
+        return Err(JpegDamage::Repeated);
+    }
+    before.hash = hash;
     if bits.is_over() { Err(JpegDamage::DataMissing) } else { Ok(()) }
 }

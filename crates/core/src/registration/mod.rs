@@ -3,7 +3,8 @@
 //! Coarse: [`coarse::CoarseMap`] correlates a whole view with a whole region by FFT. Fine: [`windows::match_windows`] finds
 //! where small windows of the view lie, [`window_fit::fit_windows`] the similarity that most of them agree on, and
 //! [`a_contrario`] the number of false alarms of such a consensus. [`relative`] registers two frames of a flight. Both fit
-//! their similarity with [`robust::estimate`]. [`stationary`] finds what stands still in the images of a flight.
+//! their similarity with [`robust::estimate`]. [`stationary`] finds what stands still in the images of a flight,
+//! [`seam`] the line across a view on whose sides two places agree.
 
 pub mod a_contrario;
 mod cell_dots;
@@ -16,6 +17,7 @@ mod products;
 pub mod relative;
 pub mod resection;
 pub mod robust;
+pub mod seam;
 pub mod similarity;
 pub mod stationary;
 pub mod view_statistic;

@@ -46,28 +46,53 @@ pub fn match_windows(
     offset_px: [isize; 2],
     options: &WindowOptions,
 ) -> Vec<WindowMatch> {
-    let WindowOptions { size_px, stride_px, .. } = *options;
-    let search = WindowSearch {
-        view,
-        map,
-        view_energy: EnergyIntegral::new(view),
-        map_energy: EnergyIntegral::new(map),
-        offset_px,
-    };
+    let search = WindowSearch::new(view, map, offset_px);
     let mut scores = Vec::new();
-    let mut matches = Vec::new();
+    corners(view, options).filter_map(|corner| search.window(options, corner, &mut scores)).collect()
+}
+
+/// The correlation of one window of the view over its search square.
+#[derive(Debug, Clone)]
+pub struct WindowSurface {
+    /// The window's middle in the view, pixels from its corner.
+    pub centre_px: [f64; 2],
+    /// Normalised correlation at each displacement, in their order.
+    pub scores: Vec<f32>,
+}
+
+/// The surfaces of the windows that [`match_windows`] matches, over displacements of at most the radius on each axis.
+pub fn window_surfaces(
+    view: &Structure,
+    map: &Structure,
+    offset_px: [isize; 2],
+    options: &WindowOptions,
+    displacements_px: &[[isize; 2]],
+) -> Vec<WindowSurface> {
+    let search = WindowSearch::new(view, map, offset_px);
+    let in_square = |displacement: &[isize; 2]| displacement.map(|d| (d + options.radius_px as isize) as usize);
+    let surface = |corner: BoxCorner| {
+        let score = search.scorer(options, corner)?;
+        let scores = displacements_px.iter().map(in_square).map(score).collect();
+        Some(WindowSurface { centre_px: middle_px(corner, options.size_px), scores })
+    };
+    corners(view, options).filter_map(surface).collect()
+}
+
+/// The upper left corners of the windows of a view.
+fn corners(view: &Structure, options: &WindowOptions) -> impl Iterator<Item = BoxCorner> {
+    let WindowOptions { size_px, stride_px, .. } = *options;
+    let width_px = view.width_px;
     // The grid is centred so that what is cut off is the same on both sides.
-    let starts = |extent: usize| {
+    let starts = move |extent: usize| {
         let count = if extent < size_px { 0 } else { (extent - size_px) / stride_px + 1 };
         let first = if count == 0 { 0 } else { (extent - size_px - (count - 1) * stride_px) / 2 };
         (0..count).map(move |i| first + i * stride_px)
     };
-    for y_px in starts(view.height_px) {
-        for x_px in starts(view.width_px) {
-            matches.extend(search.window(options, BoxCorner { x_px, y_px }, &mut scores));
-        }
-    }
-    matches
+    starts(view.height_px).flat_map(move |y_px| starts(width_px).map(move |x_px| BoxCorner { x_px, y_px }))
+}
+
+fn middle_px(corner: BoxCorner, size_px: usize) -> [f64; 2] {
+    [corner.x_px, corner.y_px].map(|corner_px| corner_px as f64 + size_px as f64 / 2.0)
 }
 
 /// The inputs that all windows of one view share.
@@ -79,10 +104,28 @@ struct WindowSearch<'a> {
     offset_px: [isize; 2],
 }
 
-impl WindowSearch<'_> {
-    /// Matches one window; `None` where the window has no structure or the map does not reach far enough. `scores` is
-    /// scratch.
+impl<'a> WindowSearch<'a> {
+    fn new(view: &'a Structure, map: &'a Structure, offset_px: [isize; 2]) -> Self {
+        let (view_energy, map_energy) = (EnergyIntegral::new(view), EnergyIntegral::new(map));
+        Self { view, map, view_energy, map_energy, offset_px }
+    }
+
+    /// Matches one window; `None` where there is no [`WindowSearch::scorer`]. `scores` is scratch.
     fn window(&self, options: &WindowOptions, corner: BoxCorner, scores: &mut Vec<f32>) -> Option<WindowMatch> {
+        let radius = options.radius_px;
+        score_places(scores, radius, options.step_px, &mut self.scorer(options, corner)?);
+        subpixel_peak(scores, 2 * radius + 1).map(|peak| WindowMatch {
+            centre_px: middle_px(corner, options.size_px),
+            displacement_px: peak.position - Vector2::repeat(radius as f64),
+            peak: peak.value,
+            information: peak.information,
+            on_rim: peak.on_rim,
+        })
+    }
+
+    /// The normalised correlation of a window as a function of its place in the search square, from the square's corner. `None` where
+    /// the window has no structure or the map does not reach far enough.
+    fn scorer(&self, options: &WindowOptions, corner: BoxCorner) -> Option<impl FnMut([usize; 2]) -> f32> {
         let (size, radius) = (options.size_px, options.radius_px);
         let least = LEAST_ENERGY * (size * size) as f64 * f64::from(ENERGY_ONE);
         let view_energy = f64::from(self.view_energy.in_box(corner, [size; 2]));
@@ -96,8 +139,7 @@ impl WindowSearch<'_> {
         if left < 0 || top < 0 || left + reach > map_w || top + reach > map_h {
             return None;
         }
-        let side = 2 * radius + 1;
-        let mut score = |[x, y]: [usize; 2]| {
+        Some(move |[x, y]: [usize; 2]| {
             let at = BoxCorner { x_px: left as usize + x, y_px: top as usize + y };
             let map_energy = f64::from(self.map_energy.in_box(at, [size; 2]));
             if map_energy < 0.5 * least {
@@ -106,15 +148,6 @@ impl WindowSearch<'_> {
             let sum = f64::from(channels_in_box(self.view, corner, self.map, at, [size; 2])) / CHANNELS_SCALE;
             // Both channels together have twice the mean energy.
             (sum * f64::from(ENERGY_ONE) / (2.0 * (view_energy * map_energy).sqrt())) as f32
-        };
-        score_places(scores, radius, options.step_px, &mut score);
-        let middle = |corner_px: usize| corner_px as f64 + size as f64 / 2.0;
-        subpixel_peak(scores, side).map(|peak| WindowMatch {
-            centre_px: [middle(corner.x_px), middle(corner.y_px)],
-            displacement_px: peak.position - Vector2::repeat(radius as f64),
-            peak: peak.value,
-            information: peak.information,
-            on_rim: peak.on_rim,
         })
     }
 }

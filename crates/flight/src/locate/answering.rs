@@ -88,6 +88,7 @@ fn fix(
 ) -> Result<Option<Fix>, StoreError> {
     let view = &context.request.view;
     let estimate = PlaceEstimate::new(&place.refined, view, camera);
+    let estimate = place.seam.as_ref().map_or(estimate, |seam| estimate.doubted(seam));
     let tilt = TiltFound::new(&place.refined, view, camera);
     let camera = camera.at_height_ratio(estimate.height_ratio);
     let Ok(image_centre) = estimate.image_centre.to_geodetic(estimate.zoom) else { return Ok(None) };

@@ -5,7 +5,8 @@ use super::frame_pyramid::{FramePyramid, structure_of};
 use super::map::{Map, PixelWindow};
 use overfly_core::camera::GroundView;
 use overfly_core::feature::Structure;
-use overfly_core::registration::windows::{WindowMatch, WindowOptions, match_windows};
+use overfly_core::registration::seam::Displacements;
+use overfly_core::registration::windows::{WindowMatch, WindowOptions, WindowSurface, match_windows, window_surfaces};
 use overfly_core::tile::{Gsd, WorldPixel, gsd_at};
 use overfly_store::StoreError;
 
@@ -64,6 +65,14 @@ impl Observation {
     /// Matches local windows of the view with the map.
     pub fn match_windows(&self, options: &WindowOptions) -> Vec<WindowMatch> {
         match_windows(&self.view_structure, &self.map_structure, [self.margin_px as isize; 2], options)
+    }
+
+    /// The correlation of each window with the map at displacements from its place.
+    pub fn window_surfaces(&self, displacements: &Displacements) -> Vec<WindowSurface> {
+        let (size_px, radius_px) = (self.window_size_px, displacements.radius_px());
+        let options = WindowOptions { size_px, stride_px: size_px, radius_px, step_px: 1 };
+        let margin_px = [self.margin_px as isize; 2];
+        window_surfaces(&self.view_structure, &self.map_structure, margin_px, &options, &displacements.all_px)
     }
 }
 

@@ -9,6 +9,7 @@ use nalgebra::{Matrix2, Vector2};
 use overfly_core::camera::{Attitude, Camera, DEFAULT_UNSTATED_SIGMA_DEG, Intrinsics, View};
 use overfly_core::geodesy::BodyFrame;
 use overfly_core::registration::resection::{Correspondence, DeviationSigmas, Resection, ResectionStart, resect};
+use overfly_core::registration::seam::Seam;
 use overfly_core::tile::WorldPixel;
 
 /// Neighbouring windows see the same edges, so fewer of them are independent than there are: variances from their residuals are
@@ -32,6 +33,12 @@ const MAX_TILT_SIGMAS: f64 = 3.2;
 /// Beyond this many standard deviations the attitude is doubtful. Few windows measure the tilt badly: one of four standard
 /// deviations of the attitude was seen to pass as one of three of both.
 const DOUBTFUL_TILT_SIGMAS: f64 = 2.0;
+
+/// One standard deviation of the place, as a share of the offset between the parts on both sides of a seam.
+const SEAM_SHARE: f64 = 0.5;
+
+/// One standard deviation per axis of those offsets, px.
+const SEAM_SIGMA_PX: f64 = 0.7;
 
 /// What the windows of a place measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,11 +89,19 @@ impl TiltFound {
 }
 
 impl PlaceEstimate {
+    /// The estimate with the doubt that a seam leaves: the true place may be that of either part. Both lie in the 95 % ellipse.
+    pub fn doubted(mut self, seam: &Seam) -> Self {
+        for offset in seam.offsets_px.map(|offset| offset * SEAM_SHARE) {
+            self.covariance_px2 += offset * offset.transpose();
+        }
+        self.covariance_px2 += Matrix2::identity() * SEAM_SIGMA_PX.powi(2);
+        self
+    }
+
     /// Returns what the windows of a place measure. `camera` is the stated camera of the frame.
     pub fn new(place: &RefinedPlace, view: &View, camera: &Camera) -> Self {
         let windows = PlacedWindows::new(place, view, camera);
-        let sigma_rad = windows.attitude.sigma_rad.hypot(SLOPE_SIGMA_DEG.to_radians());
-        match windows.resection(sigma_rad) {
+        match windows.resection(windows.tilt_sigma_rad()) {
             Some(resection) => Self::from_resection(place, &resection),
             None => Self::from_similarity(place, windows.image_centre_px),
         }
@@ -197,6 +212,11 @@ impl<'a> PlacedWindows<'a> {
             windows.correspondences.push(Correspondence { frame_px, map_px, information: window.information });
         }
         windows
+    }
+
+    /// One standard deviation of the tilt per axis, that of the ground included.
+    fn tilt_sigma_rad(&self) -> f64 {
+        self.attitude.sigma_rad.hypot(SLOPE_SIGMA_DEG.to_radians())
     }
 
     /// The camera under a prior of this standard deviation of its tilt.

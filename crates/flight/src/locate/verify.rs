@@ -14,6 +14,7 @@ use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
 use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
+use overfly_core::registration::seam::{Displacements, Seam, find_seam};
 use overfly_core::tile::gsd_at;
 use overfly_store::StoreError;
 
@@ -51,6 +52,8 @@ pub struct VerifiedPlace {
     pub peak_z_score: f64,
     /// Offsets of the places around that the view fits almost as well, pixels.
     pub near_rivals_px: Vec<[f64; 2]>,
+    /// The seam across the view, looked for only at a fix.
+    pub seam: Option<Seam>,
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
     /// windows, which at a wrong place are almost independent.
     pub log10_false_alarms: f64,
@@ -87,11 +90,12 @@ impl Verifier<'_> {
         let (hopeless, mut hopeful): (Vec<_>, Vec<_>) = refined.into_iter().partition(RefinedPlace::is_hopeless);
         hopeful.sort_by(|a, b| a.log10_window_false_alarms.total_cmp(&b.log10_window_false_alarms));
         let mut unverified = hopeful.split_off(VERIFIED_PLACES.min(hopeful.len()));
-        let mut places = Vec::new();
+        let mut verified = Vec::new();
         for refined in hopeful {
-            places.push(self.verified(coarse, refined)?);
+            verified.push(self.verified(coarse, refined)?);
         }
-        places.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
+        verified.sort_by(|(a, _), (b, _)| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
+        let (mut places, observations): (Vec<_>, Vec<_>) = verified.into_iter().unzip();
         let least_hopeless = hopeless.iter().map(|r| r.log10_window_false_alarms).reduce(f64::min);
         unverified.extend(hopeless);
         let (refusal, score, log10_false_alarms) = match (coarse.peaks.first(), places.first()) {
@@ -111,17 +115,29 @@ impl Verifier<'_> {
                 (refusal, Some(best.peak_z_score), Some(best.log10_false_alarms))
             }
         };
+        if refusal.is_none()
+            && let (Some(best), Some(Some(observation))) = (places.first_mut(), observations.first())
+        {
+            let displacements = Displacements::default();
+            best.seam = find_seam(&observation.window_surfaces(&displacements), &displacements);
+        }
         Ok(Verdict { refusal, places, unverified, score, log10_false_alarms })
     }
 
-    fn verified(&self, coarse: &CoarsePeaks, refined: RefinedPlace) -> Result<VerifiedPlace, StoreError> {
+    /// A place with all its evidence, and its observation.
+    fn verified(
+        &self,
+        coarse: &CoarsePeaks,
+        refined: RefinedPlace,
+    ) -> Result<(VerifiedPlace, Option<Observation>), StoreError> {
         let observation = Observation::new(self.map, &self.prepared.frame, &refined.pose, REACH_PX)?;
         let z_score = |o: &Observation| peak_z_score(&o.view_structure, &o.map_structure, [REACH_PX; 2]);
         let peak_z_score = observation.as_ref().and_then(z_score).unwrap_or(0.0);
         let near_rivals_px = observation.as_ref().map(near_maxima).unwrap_or_default();
         let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
         let log10_false_alarms = by_chance + refined.log10_window_false_alarms;
-        Ok(VerifiedPlace { refined, peak_z_score, near_rivals_px, log10_false_alarms })
+        let place = VerifiedPlace { refined, peak_z_score, near_rivals_px, seam: None, log10_false_alarms };
+        Ok((place, observation))
     }
 
     /// Why the best place is not a fix; `None` where it is.

@@ -53,7 +53,7 @@ pub struct Args {
     /// The prior is displaced by a uniform error of at most this per axis, metres.
     #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
     prior_error_m: f64,
-    /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
+    /// Greatest error that counts as right, metres; a fix farther off is right where its own 99.99 % ellipse holds the truth [default: 3 ground pixels of the coarsest source].
     #[arg(long, value_name = "M", value_parser = positive)]
     right_m: Option<f64>,
     /// Frames that are tried at the same time; each search uses one thread.
@@ -117,7 +117,7 @@ fn line(outcome: &DamageOutcome, right_m: f64) -> Option<Line<'_>> {
     let is_lost = outcome.change.is_harmless() && outcome.result != DamageResult::Unchanged;
     let (refused, error_m) = match outcome.result {
         DamageResult::Refused(code) => (Some(code), None),
-        DamageResult::Fix { error_m } => (None, Some(error_m)),
+        DamageResult::Fix { error_m, .. } => (None, Some(error_m)),
         DamageResult::Unchanged | DamageResult::NoFix => (None, None),
     };
     (is_lost || outcome.is_false(right_m)).then_some(Line {

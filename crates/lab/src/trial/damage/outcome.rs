@@ -2,6 +2,7 @@
 
 use super::change::FileChange;
 use super::format::FrameFormat;
+use overfly_core::geodesy::CHI_SQUARE_9999;
 
 /// What became of a changed frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +17,8 @@ pub enum DamageResult {
     Fix {
         /// Distance from the truth, metres.
         error_m: f64,
+        /// Squared Mahalanobis distance from the truth, by the fix's own covariance.
+        squared_mahalanobis: f64,
     },
 }
 
@@ -37,8 +40,11 @@ pub struct DamageOutcome {
 }
 
 impl DamageOutcome {
-    /// Whether it ended in a fix farther than `right_m` from the truth.
+    /// Whether it ended in a fix farther than `right_m` from the truth, with the truth outside the fix's own 99.99 % ellipse.
     pub fn is_false(&self, right_m: f64) -> bool {
-        matches!(self.result, DamageResult::Fix { error_m } if error_m > right_m)
+        let DamageResult::Fix { error_m, squared_mahalanobis } = self.result else { return false };
+        // Not a number counts as outside.
+        let is_inside = squared_mahalanobis <= CHI_SQUARE_9999;
+        error_m > right_m && !is_inside
     }
 }

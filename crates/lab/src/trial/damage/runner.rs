@@ -107,8 +107,14 @@ impl DamageTrial {
         }
         let changed_share = changed_share(before, &after);
         let after = ReducedFrame { gray: after, reduction: 1 };
-        let error = self.fixes.locate_pixels(store, flight, index, &after)?.error;
-        let result = error.map_or(DamageResult::NoFix, |error| DamageResult::Fix { error_m: error.length_m() });
+        let located = self.fixes.locate_pixels(store, flight, index, &after)?;
+        let result = match (located.error, located.covariance) {
+            (Some(error), Some(covariance)) => DamageResult::Fix {
+                error_m: error.length_m(),
+                squared_mahalanobis: covariance.squared_mahalanobis(error),
+            },
+            _ => DamageResult::NoFix,
+        };
         Ok((result, changed_share))
     }
 }

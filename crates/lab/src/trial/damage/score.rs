@@ -22,9 +22,9 @@ pub struct DamageScoreRow {
     pub unchanged: usize,
     /// Other pixels, no fix.
     pub no_fix: usize,
-    /// Other pixels, a fix within `right_m` of the truth.
+    /// Other pixels, a fix within `right_m` of the truth, or with the truth in its own 99.99 % ellipse.
     pub right: usize,
-    /// Other pixels, a fix farther off.
+    /// Other pixels, another fix.
     #[serde(rename = "false")]
     pub wrong: usize,
 }
@@ -58,7 +58,7 @@ pub struct DamageScore {
 }
 
 impl DamageScore {
-    /// Counts outcomes; a fix within `right_m` of the truth is right.
+    /// Counts outcomes by [`DamageOutcome::is_false`].
     pub fn from_outcomes(outcomes: &[DamageOutcome], right_m: f64) -> Self {
         let mut rows = BTreeMap::new();
         for outcome in outcomes {

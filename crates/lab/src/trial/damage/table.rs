@@ -16,20 +16,32 @@ struct DamageRow<'a> {
     status: &'static str,
     code: &'static str,
     error_m: Option<Decimals<2>>,
+    squared_mahalanobis: Option<Decimals<3>>,
     changed_share: Decimals<4>,
 }
 
 impl<'a> DamageRow<'a> {
     fn new(o: &'a DamageOutcome) -> Self {
-        let (status, code, error_m) = match o.result {
+        let (status, code, fix) = match o.result {
             DamageResult::Refused(code) => ("refused", code, None),
             DamageResult::Unchanged => ("unchanged", "", None),
             DamageResult::NoFix => ("no_fix", "", None),
-            DamageResult::Fix { error_m } => ("fix", "", Some(Decimals(error_m))),
+            DamageResult::Fix { error_m, squared_mahalanobis } => ("fix", "", Some((error_m, squared_mahalanobis))),
         };
+        let (error_m, squared_mahalanobis) = fix.map(|(error, square)| (Decimals(error), Decimals(square))).unzip();
         let (format, change) = (o.format.word(), o.change.word());
         let changed_share = Decimals(o.changed_share);
-        Self { trial: o.number, format, change, image: &o.image, status, code, error_m, changed_share }
+        Self {
+            trial: o.number,
+            format,
+            change,
+            image: &o.image,
+            status,
+            code,
+            error_m,
+            squared_mahalanobis,
+            changed_share,
+        }
     }
 }
 

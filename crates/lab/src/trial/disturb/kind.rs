@@ -54,11 +54,13 @@ pub enum DisturbanceKind {
     Resampled,
     /// Every second row was taken later: the two fields are 0.5 to 2 pixels apart.
     Interlaced,
+    /// The ground beyond a line is displaced by 2 to 10 pixels, as where two sources of a map disagree; the truth is that of either part.
+    Seam,
 }
 
 impl DisturbanceKind {
     /// All kinds, in the order of reports.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Tilt,
         Self::AttitudeError,
         Self::Aspect,
@@ -83,6 +85,7 @@ impl DisturbanceKind {
         Self::Vignette,
         Self::Resampled,
         Self::Interlaced,
+        Self::Seam,
     ];
 
     /// The name in JSON and on the command line.
@@ -112,6 +115,7 @@ impl DisturbanceKind {
             Self::Vignette => "vignette",
             Self::Resampled => "resampled",
             Self::Interlaced => "interlaced",
+            Self::Seam => "seam",
         }
     }
 }

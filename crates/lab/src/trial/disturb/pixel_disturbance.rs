@@ -23,6 +23,7 @@ pub fn pixels(kind: DisturbanceKind, gray: Gray, rng: &mut ChaCha8Rng) -> (Gray,
         | DisturbanceKind::Clouds
         | DisturbanceKind::Hud
         | DisturbanceKind::Dust => covered(kind, &gray, rng),
+        DisturbanceKind::Seam => with_seam(&gray, rng),
         DisturbanceKind::DeadRows | DisturbanceKind::Interlaced => read_out(kind, &gray, rng),
         _ => return (rounded(gray), None),
     };
@@ -230,6 +231,20 @@ fn read_out(kind: DisturbanceKind, gray: &Gray, rng: &mut ChaCha8Rng) -> (Gray, 
     (out, share)
 }
 
+/// The part of the frame beyond a line through its inner half is displaced. Either part is the larger one.
+fn with_seam(gray: &Gray, rng: &mut ChaCha8Rng) -> (Gray, f64) {
+    let inner = |side: usize, rng: &mut ChaCha8Rng| side as f64 * rng.random_range(0.25..0.75);
+    let (px, py) = (inner(gray.width_px(), rng), inner(gray.height_px(), rng));
+    let (normal, direction) = (rng.random_range(0.0..TAU), rng.random_range(0.0..TAU));
+    let shift = rng.random_range(2.0..10.0f64);
+    let out = mapped(gray, |x, y, v| {
+        let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
+        let is_beyond = (x - px) * normal.cos() + (y - py) * normal.sin() > 0.0;
+        if is_beyond { gray.sample(x + shift * direction.cos(), y + shift * direction.sin()) } else { v }
+    });
+    (out, shift)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,7 +256,7 @@ mod tests {
         let gray = Gray::from_values(64, 48, values).unwrap();
         let draw = |kind| pixels(kind, gray.clone(), &mut ChaCha8Rng::seed_from_u64(5));
         let altered: Vec<_> = DisturbanceKind::ALL.into_iter().filter(|&kind| draw(kind).0 != gray).collect();
-        assert_eq!(altered.len(), 16, "{altered:?}");
+        assert_eq!(altered.len(), 17, "{altered:?}");
         for kind in altered {
             let (frame, size) = draw(kind);
             assert_eq!((frame, size), draw(kind));

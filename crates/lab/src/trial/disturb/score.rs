@@ -2,14 +2,9 @@
 
 use super::kind::DisturbanceKind;
 use super::trial::DisturbedOutcome;
-use overfly_core::geodesy::{Enu, EnuCovariance};
+use overfly_core::geodesy::{CHI_SQUARE_999, CHI_SQUARE_9999, Enu, EnuCovariance};
 use overfly_flight::locate::Answer;
 use serde::Serialize;
-
-/// The quantile of chi-square with two degrees of freedom that is exceeded once in a thousand times: -2 ln(0.001).
-const CHI_SQUARE_999: f64 = 13.815_510_557_964_274;
-/// Once in ten thousand times: -2 ln(0.0001).
-const CHI_SQUARE_9999: f64 = 18.420_680_743_952_367;
 
 /// The score of a trial of disturbed frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]

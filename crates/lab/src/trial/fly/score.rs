@@ -4,12 +4,9 @@ use super::outcome::FlyOutcome;
 use super::scale::FlightScale;
 use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
-use overfly_core::geodesy::LocalFrame;
+use overfly_core::geodesy::{CHI_SQUARE_999, LocalFrame};
 use overfly_flight::navigate::PositionSource;
 use serde::Serialize;
-
-/// The 99.9 % quantile of chi-square with two degrees of freedom.
-const CHI_SQUARE_999: f64 = 13.816;
 
 /// The summary of `fly`, as JSON spells it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
