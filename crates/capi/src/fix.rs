@@ -106,7 +106,8 @@ pub struct overfly_fix {
     pub scale_sigma_ratio: f64,
     /// Peak of the correlation surface in standard deviations (a z-score).
     pub score: f64,
-    /// Probability that an accepted fix with this evidence is wrong.
+    /// Probability that a fix with this evidence is wrong: by chance, or because the frame lies at a place that fits almost as well.
+    /// Never below 1.5e-4, which is what trials prove.
     pub false_fix_probability: f64,
     /// Local windows that agree.
     pub inliers: u32,

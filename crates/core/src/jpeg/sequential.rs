@@ -65,14 +65,9 @@ struct BlockBefore {
 /// bytes.
 const MOST_REPEATED: u32 = 40;
 
-/// Reads a block; its coefficients are stored where they are to be kept.
+/// Reads the first coefficient of a block, and returns it times its step.
 #[inline(always)]
-fn read_block<const KEPT: bool>(
-    bits: &mut BitReader,
-    tables: &Tables,
-    before: &mut BlockBefore,
-    block: &mut Block,
-) -> Result<(), JpegDamage> {
+fn read_first(bits: &mut BitReader, tables: &Tables, before: &mut BlockBefore) -> Result<i32, JpegDamage> {
     let word = bits.word();
     let (size, length) = tables.dc.symbol(word).ok_or(JpegDamage::Code)?;
     if size > 11 {
@@ -82,11 +77,20 @@ fn read_block<const KEPT: bool>(
     bits.skip(length + size);
     let step = i32::from(tables.steps[0]);
     let value = before.first * step;
-    if !is_dc_possible(value, step) {
-        return Err(JpegDamage::Range);
-    }
+    if is_dc_possible(value, step) { Ok(value) } else { Err(JpegDamage::Range) }
+}
+
+/// Reads a block; its coefficients are stored where they are to be kept.
+#[inline(always)]
+fn read_block<const KEPT: bool>(
+    bits: &mut BitReader,
+    tables: &Tables,
+    before: &mut BlockBefore,
+    block: &mut Block,
+) -> Result<(), JpegDamage> {
+    let first = read_first(bits, tables, before)?;
     if KEPT {
-        block.begin(value);
+        block.begin(first);
     }
     let (mut hash, mut count) = (0u32, 0);
     let mut k = 1;

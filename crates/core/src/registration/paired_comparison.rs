@@ -75,6 +75,8 @@ pub struct PairedDifference {
     pub standard_error: f64,
     /// Share of the ground compared at the first place that the second knows too.
     pub overlap: f64,
+    /// Blocks compared.
+    pub blocks: usize,
 }
 
 impl PairedDifference {
@@ -141,8 +143,10 @@ impl PlacedProducts {
             let y = (row.div_euclid(BLOCK_CELLS) - first_block[1]) as usize;
             blocks[y * block_columns + x].add(*cell, rival);
         }
-        let (difference, standard_error) = jackknife(&strong_blocks(blocks))?;
-        Some(PairedDifference { difference, standard_error, overlap: f64::from(common) / f64::from(compared.max(1)) })
+        let blocks = strong_blocks(blocks);
+        let (difference, standard_error) = jackknife(&blocks)?;
+        let overlap = f64::from(common) / f64::from(compared.max(1));
+        Some(PairedDifference { difference, standard_error, overlap, blocks: blocks.len() })
     }
 }
 

@@ -38,9 +38,9 @@ const DIRECTIONS: usize = 8;
 const MIN_WINDOWS: usize = 3;
 /// Relief, shadows and other crops move the parts of a view by a pixel.
 const LEAST_OFFSET_PX: f64 = 1.9;
-/// Both parts together. On undisturbed frames over maps of another year hardly a part fits better elsewhere at all; of seams, a third
-/// by less than one standard deviation.
-const MIN_Z_SCORE: f64 = 0.6;
+/// Both parts together. Of 96 undisturbed frames over maps of another year none has such parts, on ground that half repeats itself 3 of
+/// 40. Of 699 accepted frames with a seam of 2 to 10 pixels 26 then have the truth outside their own 99.9 % ellipse.
+const MIN_Z_SCORE: f64 = 1.0;
 /// Correlations nearer than this to the two places compared do not count as those elsewhere, pixels.
 const PEAK_RADIUS_PX: f64 = 4.0;
 

@@ -31,7 +31,8 @@ pub struct Fix {
     pub covariance: EnuCovariance,
     /// z-score of the correlation peak: its height in standard deviations of the correlation surface.
     pub score: f64,
-    /// Probability that a fix with this evidence is wrong.
+    /// Probability that a fix with this evidence is wrong: by chance, or because the frame lies at a place that fits almost as well.
+    /// Never below 1.5e-4, which is what trials prove.
     pub false_fix_probability: f64,
     /// log10 of the number of false alarms with this evidence expected by chance in a search of this size.
     pub log10_false_alarms: Option<f64>,

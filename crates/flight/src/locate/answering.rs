@@ -111,7 +111,7 @@ fn fix(
         scale_sigma_ratio: estimate.log_height_variance.sqrt(),
         covariance,
         score: place.peak_z_score,
-        false_fix_probability: 10f64.powf(place.log10_false_alarms).clamp(MIN_FALSE_FIX_PROBABILITY, 1.0),
+        false_fix_probability: false_fix_probability(place),
         log10_false_alarms: Some(place.log10_false_alarms),
         image_centre,
         image_centre_covariance: covariances.image_centre,
@@ -122,6 +122,11 @@ fn fix(
         map_epoch: footprint.and_then(|f| f.acquired),
         time_s: context.request.time_s,
     }))
+}
+
+/// The place by chance, or that of a rival.
+fn false_fix_probability(place: &VerifiedPlace) -> f64 {
+    (10f64.powf(place.log10_false_alarms) + place.alias_probability).clamp(MIN_FALSE_FIX_PROBABILITY, 1.0)
 }
 
 fn footprint_at(context: &SearchContext<'_>, point: Geodetic) -> Result<Option<Footprint>, StoreError> {

@@ -15,6 +15,7 @@ use super::observation::Observation;
 use super::prepare::PreparedFrame;
 use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
+use overfly_core::registration::a_contrario::log10_alias_probability;
 use overfly_core::registration::paired_comparison::{PairedDifference, PlacedProducts, Placement};
 use overfly_core::registration::view_statistic::ViewStatistic;
 use overfly_core::tile::WorldPixel;
@@ -79,6 +80,12 @@ pub struct Rival {
 }
 
 impl RivalReport {
+    /// The probability that the place is that of a rival; 0 where there is none.
+    pub fn alias_probability(&self) -> f64 {
+        let Some(Rival { difference, .. }) = self.strongest else { return 0.0 };
+        10f64.powf(log10_alias_probability(difference.t_score(), difference.blocks, self.count))
+    }
+
     /// The rival that makes the place ambiguous, if there is one.
     pub fn ambiguity(&self) -> Option<&Rival> {
         self.strongest.as_ref().filter(|rival| rival.difference.t_score() < LEAST_T_SCORE)

@@ -52,6 +52,8 @@ pub struct VerifiedPlace {
     pub peak_z_score: f64,
     /// Offsets of the places around that the view fits almost as well, pixels.
     pub near_rivals_px: Vec<[f64; 2]>,
+    /// The probability that the view lies at one of the rivals that it was compared with, looked for only at a fix.
+    pub alias_probability: f64,
     /// The seam across the view, looked for only at a fix.
     pub seam: Option<Seam>,
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
@@ -108,11 +110,12 @@ impl Verifier<'_> {
                 (Some(refusal), Some(coarse.z_score(peak.statistic)), least_hopeless)
             }
             (Some(_), Some(best)) => {
+                let (score, log10_false_alarms) = (best.peak_z_score, best.log10_false_alarms);
                 let refusal = match self.refusal(best, places.get(1)) {
                     Some(refusal) => Some(refusal),
-                    None => self.ambiguity(best, coarse)?,
+                    None => self.compared(&mut places[0], coarse)?,
                 };
-                (refusal, Some(best.peak_z_score), Some(best.log10_false_alarms))
+                (refusal, Some(score), Some(log10_false_alarms))
             }
         };
         if refusal.is_none()
@@ -136,7 +139,14 @@ impl Verifier<'_> {
         let near_rivals_px = observation.as_ref().map(near_maxima).unwrap_or_default();
         let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
         let log10_false_alarms = by_chance + refined.log10_window_false_alarms;
-        let place = VerifiedPlace { refined, peak_z_score, near_rivals_px, seam: None, log10_false_alarms };
+        let place = VerifiedPlace {
+            refined,
+            peak_z_score,
+            near_rivals_px,
+            alias_probability: 0.0,
+            seam: None,
+            log10_false_alarms,
+        };
         Ok((place, observation))
     }
 
@@ -176,10 +186,12 @@ impl Verifier<'_> {
         })
     }
 
-    /// Why the best place cannot be told from another, though nothing else speaks against it; `None` where it can.
-    fn ambiguity(&self, best: &VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
+    /// Compares the best place with its rivals. Returns why it cannot be told from another, though nothing else speaks against it;
+    /// `None` where it can.
+    fn compared(&self, best: &mut VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
         let report = search.compare(&best.refined.pose, &best.near_rivals_px, best.peak_z_score, coarse)?;
+        best.alias_probability = report.alias_probability();
         Ok(report.ambiguity().map(|rival| {
             let place = &best.refined.pose;
             let away_m = (rival.pose.nadir.x_px - place.nadir.x_px).hypot(rival.pose.nadir.y_px - place.nadir.y_px)
