@@ -111,7 +111,8 @@ typedef struct {
     double scale_sigma_ratio;
     // Peak of the correlation surface in standard deviations (a z-score).
     double score;
-    // Probability that an accepted fix with this evidence is wrong.
+    // Probability that a fix with this evidence is wrong: by chance, or because the frame lies at a place that fits almost as well.
+    // Never below 1.5e-4, which is what trials prove.
     double false_fix_probability;
     // Local windows that agree.
     uint32_t inliers;
