@@ -35,8 +35,6 @@ mod reader;
 mod remedy;
 mod source;
 mod stored_tile;
-#[cfg(test)]
-mod tests;
 mod tile_cache;
 mod tile_rows;
 mod verify;

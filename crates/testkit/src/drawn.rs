@@ -22,9 +22,10 @@ pub fn orthophoto(folder: &Path, name: &str, size: (u32, u32), offset: (u32, u32
         image::Rgba([level(0), level(1), level(2), alpha])
     });
     let path = folder.join(name);
-    image.save_with_format(&path, image::ImageFormat::Png).unwrap();
+    image.save_with_format(&path, image::ImageFormat::Png).expect("the rig reads and writes its own files");
     let (east, north) = (500_000.5 + f64::from(offset.0), 5_400_000.5 - f64::from(offset.1));
-    std::fs::write(path.with_extension("pgw"), format!("1\n0\n0\n-1\n{east}\n{north}\n")).unwrap();
+    std::fs::write(path.with_extension("pgw"), format!("1\n0\n0\n-1\n{east}\n{north}\n"))
+        .expect("the rig reads and writes its own files");
     path
 }
 
@@ -58,8 +59,8 @@ pub fn built(folder: &Path, source: &Path) -> Reader {
         threads: 2,
         ..Request::default()
     };
-    build::run(&request, &mut |_| ControlFlow::Continue(())).unwrap();
-    Reader::open(&db).unwrap()
+    build::run(&request, &mut |_| ControlFlow::Continue(())).expect("the drawn tiles build");
+    Reader::open(&db).expect("the sound store opens")
 }
 
 /// The drawn first epoch, built once for all tests.
@@ -67,7 +68,7 @@ pub fn drawn_store() -> &'static Reader {
     static STORE: OnceLock<(tempfile::TempDir, Reader)> = OnceLock::new();
     &STORE
         .get_or_init(|| {
-            let folder = tempfile::tempdir().unwrap();
+            let folder = tempfile::tempdir().expect("the rig reads and writes its own files");
             let reader = built(folder.path(), &project("tiles/epoch_1"));
             (folder, reader)
         })

@@ -57,20 +57,26 @@ pub fn a_day() -> Date {
 impl SoundStore {
     /// Reads all answers of the store at `path`.
     pub fn read(path: &Path) -> Self {
-        let reader = Reader::open(path).unwrap();
+        let reader = Reader::open(path).expect("the sound store opens");
         let (mut footprints, mut tiles, mut cells) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
         for layer in reader.layers() {
             for zoom in layer.min_zoom..=layer.base_zoom {
                 let key = (layer.name.clone(), zoom);
-                let of_level = reader.footprints(layer, zoom).unwrap();
+                let of_level = reader.footprints(layer, zoom).expect("the sound store reads");
                 for footprint in &of_level {
-                    tiles.push((layer.clone(), reader.stored_tile(layer, footprint.tile).unwrap().unwrap()));
+                    tiles.push((
+                        layer.clone(),
+                        reader
+                            .stored_tile(layer, footprint.tile)
+                            .expect("the sound store reads")
+                            .expect("it has the tile"),
+                    ));
                 }
                 footprints.insert(key.clone(), of_level);
-                cells.insert(key, reader.cells(layer, zoom, 1).unwrap());
+                cells.insert(key, reader.cells(layer, zoom, 1).expect("the sound store reads"));
             }
         }
-        let bytes = std::fs::read(path).unwrap();
+        let bytes = std::fs::read(path).expect("the rig reads and writes its own files");
         let page = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
         Self { bytes, page, layers: reader.layers().to_vec(), footprints, tiles, cells }
     }
@@ -116,7 +122,7 @@ impl SoundStore {
         injuries: &[Injury],
         mut each: impl FnMut(&Path, &mut InjuryTally),
     ) -> InjuryTally {
-        std::fs::write(path, &self.bytes).unwrap();
+        std::fs::write(path, &self.bytes).expect("the rig reads and writes its own files");
         let mut tally = InjuryTally::default();
         for injury in injuries {
             self.injure(path, injury);
@@ -126,26 +132,31 @@ impl SoundStore {
             each(path, &mut tally);
             self.heal(path, injury);
         }
-        assert_eq!(std::fs::read(path).unwrap(), self.bytes, "healed");
+        assert_eq!(std::fs::read(path).expect("the rig reads and writes its own files"), self.bytes, "healed");
         tally
     }
 
     fn injure(&self, path: &Path, injury: &Injury) {
-        let file = std::fs::File::options().write(true).open(path).unwrap();
+        let file = std::fs::File::options().write(true).open(path).expect("the rig reads and writes its own files");
         match *injury {
-            Injury::Flip { at, bit } => file.write_all_at(&[self.bytes[at] ^ (1 << bit)], at as u64).unwrap(),
-            Injury::Truncation { len } => file.set_len(len as u64).unwrap(),
+            Injury::Flip { at, bit } => file
+                .write_all_at(&[self.bytes[at] ^ (1 << bit)], at as u64)
+                .expect("the rig reads and writes its own files"),
+            Injury::Truncation { len } => file.set_len(len as u64).expect("the rig reads and writes its own files"),
             Injury::Swap { pages: [a, b] } => {
                 let page = |p: usize| &self.bytes[p * self.page..(p + 1) * self.page];
-                file.write_all_at(page(b), (a * self.page) as u64).unwrap();
-                file.write_all_at(page(a), (b * self.page) as u64).unwrap();
+                file.write_all_at(page(b), (a * self.page) as u64).expect("the rig reads and writes its own files");
+                file.write_all_at(page(a), (b * self.page) as u64).expect("the rig reads and writes its own files");
             }
         }
     }
 
     fn heal(&self, path: &Path, injury: &Injury) {
-        let file = std::fs::File::options().write(true).open(path).unwrap();
-        let restore = |from: usize, len: usize| file.write_all_at(&self.bytes[from..from + len], from as u64).unwrap();
+        let file = std::fs::File::options().write(true).open(path).expect("the rig reads and writes its own files");
+        let restore = |from: usize, len: usize| {
+            file.write_all_at(&self.bytes[from..from + len], from as u64)
+                .expect("the rig reads and writes its own files")
+        };
         match *injury {
             Injury::Flip { at, .. } => restore(at, 1),
             Injury::Truncation { len } => restore(len, self.bytes.len() - len),
@@ -216,7 +227,7 @@ fn layer_bounds(footprints: &[Footprint]) -> overfly_core::tile::MercatorBounds 
         max_x_m: a.max_x_m.max(b.max_x_m),
         max_y_m: a.max_y_m.max(b.max_y_m),
     })
-    .unwrap()
+    .expect("the rig reads and writes its own files")
 }
 
 /// Checks that each found block has the expected cells. Blocks may be missing.

@@ -12,8 +12,6 @@ mod geodesic;
 mod geodetic;
 mod heading;
 mod mercator;
-#[cfg(test)]
-mod tests;
 mod wgs84;
 mod world;
 

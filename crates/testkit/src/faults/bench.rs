@@ -46,7 +46,7 @@ impl FaultBench {
     /// Makes a bench in `folder`. `Err`: the reason why no fault can be injected into `overfly`.
     pub fn new(overfly: &Path, folder: &Path) -> Result<Self, String> {
         let work = folder.join("work");
-        std::fs::create_dir(&work).unwrap();
+        std::fs::create_dir(&work).expect("the rig reads and writes its own files");
         Ok(Self { overfly: overfly.into(), shim: Shim::compile(folder, overfly)?, work })
     }
 
@@ -54,20 +54,20 @@ impl FaultBench {
     pub fn command(&self, arguments: &[OsString]) -> Command {
         let mut command = Command::new(&self.overfly);
         command.args(["--json", "--quiet"]);
-        let work = self.work.to_str().unwrap();
-        command.args(arguments.iter().map(|a| a.to_str().unwrap().replace("{}", work)));
+        let work = self.work.to_str().expect("the path is UTF-8");
+        command.args(arguments.iter().map(|a| a.to_str().expect("the path is UTF-8").replace("{}", work)));
         command
     }
 
     /// Runs a command that must succeed.
     pub fn succeed(&self, arguments: &[OsString]) {
-        let output = self.command(arguments).output().unwrap();
+        let output = self.command(arguments).output().expect("the program runs");
         assert!(output.status.success(), "{arguments:?}: {}", text(&output));
     }
 
     /// Runs a command under a fault; returns its output and the report of the shim.
     pub fn disturb(&self, arguments: &[OsString], fault: InjectedFault) -> (Output, ShimReport) {
-        let output = self.armed(arguments, fault).output().unwrap();
+        let output = self.armed(arguments, fault).output().expect("the program runs");
         (output, self.report())
     }
 
@@ -86,10 +86,10 @@ impl FaultBench {
     /// Empties the work folder and copies files into it.
     pub fn lay_out(&self, before: &BTreeMap<&'static str, PathBuf>) {
         for name in self.names() {
-            std::fs::remove_file(self.work.join(name)).unwrap();
+            std::fs::remove_file(self.work.join(name)).expect("the rig reads and writes its own files");
         }
         for (name, file) in before {
-            std::fs::copy(file, self.work.join(name)).unwrap();
+            std::fs::copy(file, self.work.join(name)).expect("the rig reads and writes its own files");
         }
     }
 
@@ -105,7 +105,8 @@ impl FaultBench {
         assert!(output.status.success(), "{}", text(&output));
         let (digest, names) = (digest(&self.verify(operation)), self.names());
         assert_ne!(Some(&digest), old_digest.as_ref(), "old and new can be told apart");
-        let bytes = operation.same_bytes.then(|| std::fs::read(self.target()).unwrap());
+        let bytes =
+            operation.same_bytes.then(|| std::fs::read(self.target()).expect("the rig reads and writes its own files"));
         Undisturbed { old_digest, digest, names, bytes, counts: report.counts }
     }
 
@@ -135,7 +136,7 @@ impl FaultBench {
             return Err(wrong(format!("it says that all went well, and the target is {end:?}")));
         }
         self.judge_inputs(operation).map_err(&wrong)?;
-        let again = self.command(&operation.arguments).output().unwrap();
+        let again = self.command(&operation.arguments).output().expect("the program runs");
         if !again.status.success() {
             return Err(wrong(format!("the same command once more fails: {}", text(&again))));
         }
@@ -192,7 +193,7 @@ impl FaultBench {
             && ["damaged_store", "not_a_store", "altered_patch", "not_a_patch"].iter().any(|w| names(w));
         let of_open =
             opens && said.contains("disk") && (names("no_journal") && exit == 1 || names("permission_denied"));
-        if !said.contains(self.work.to_str().unwrap()) {
+        if !said.contains(self.work.to_str().expect("the path is UTF-8")) {
             return Err("it does not name the file".into());
         }
         if fits || of_open || of_read { Ok(()) } else { Err(format!("exit code {exit} with these words")) }
@@ -240,7 +241,9 @@ impl FaultBench {
     /// The inputs of an operation are unchanged.
     fn judge_inputs(&self, operation: &WriteOperation) -> Result<(), String> {
         for (name, file) in operation.before.iter().filter(|(name, _)| **name != TARGET) {
-            if std::fs::read(self.work.join(name)).unwrap() != std::fs::read(file).unwrap() {
+            if std::fs::read(self.work.join(name)).expect("the rig reads and writes its own files")
+                != std::fs::read(file).expect("the rig reads and writes its own files")
+            {
                 return Err(format!("{name} was changed"));
             }
         }
@@ -259,7 +262,9 @@ impl FaultBench {
     }
 
     fn judge_bytes(&self, expected: &Undisturbed) -> Result<(), String> {
-        let other = expected.bytes.as_ref().is_some_and(|bytes| std::fs::read(self.target()).unwrap() != *bytes);
+        let other = expected.bytes.as_ref().is_some_and(|bytes| {
+            std::fs::read(self.target()).expect("the rig reads and writes its own files") != *bytes
+        });
         if other { Err("the target has other bytes".into()) } else { Ok(()) }
     }
 
@@ -267,10 +272,15 @@ impl FaultBench {
     /// digest of its bytes.
     fn verify(&self, operation: &WriteOperation) -> VerifyResult {
         if operation.makes_patch {
-            let digest = blake3::hash(&std::fs::read(self.target()).unwrap()).to_hex().to_string();
+            let digest = blake3::hash(&std::fs::read(self.target()).expect("the rig reads and writes its own files"))
+                .to_hex()
+                .to_string();
             return VerifyResult { good: true, json: serde_json::json!({"digest": digest}) };
         }
-        let output = self.command(&["verify".into(), "--every-tile".into(), self.target().into()]).output().unwrap();
+        let output = self
+            .command(&["verify".into(), "--every-tile".into(), self.target().into()])
+            .output()
+            .expect("the program runs");
         let lines = String::from_utf8_lossy(&output.stdout).into_owned();
         let json = lines.lines().last().and_then(|line| serde_json::from_str(line).ok()).unwrap_or_default();
         VerifyResult { good: output.status.success(), json }
@@ -278,7 +288,12 @@ impl FaultBench {
 
     /// The files of the work folder, by name.
     pub fn content(&self) -> BTreeMap<OsString, Vec<u8>> {
-        self.names().into_iter().map(|name| (name.clone(), std::fs::read(self.work.join(name)).unwrap())).collect()
+        self.names()
+            .into_iter()
+            .map(|name| {
+                (name.clone(), std::fs::read(self.work.join(name)).expect("the rig reads and writes its own files"))
+            })
+            .collect()
     }
 
     fn target(&self) -> PathBuf {
@@ -286,7 +301,10 @@ impl FaultBench {
     }
 
     fn names(&self) -> Vec<OsString> {
-        let mut names: Vec<_> = std::fs::read_dir(&self.work).unwrap().map(|e| e.unwrap().file_name()).collect();
+        let mut names: Vec<_> = std::fs::read_dir(&self.work)
+            .expect("the rig reads and writes its own files")
+            .map(|e| e.expect("the rig reads and writes its own files").file_name())
+            .collect();
         names.sort();
         names
     }

@@ -125,17 +125,18 @@ impl Material {
 
 /// A short route through the middle of a store, and a longer one.
 fn routes(folder: &Path, store: &Path) -> [PathBuf; 2] {
-    let [west, south, east, north] = <[f64; 4]>::from(Reader::open(store).unwrap().layers()[0].bounds_deg);
+    let [west, south, east, north] =
+        <[f64; 4]>::from(Reader::open(store).expect("the sound store opens").layers()[0].bounds_deg);
     let (start, latitude) = (west + 0.4 * (east - west), (south + north) / 2.0);
     [0.0, 0.2].map(|share| {
         let end = start + share * (east - west) + 0.0001;
         let line = serde_json::json!({"type": "LineString", "coordinates": [[start, latitude], [end, latitude]]});
         let path = folder.join(format!("{share}.geojson"));
-        std::fs::write(&path, line.to_string()).unwrap();
+        std::fs::write(&path, line.to_string()).expect("the rig reads and writes its own files");
         path
     })
 }
 
 fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
+    path.to_str().expect("the path is UTF-8")
 }

@@ -35,7 +35,7 @@ pub fn readings(built: &Path, exported: &Path, project: &Path) -> Vec<ReadOperat
         arguments: words.iter().map(Into::into).collect(),
         same,
     };
-    let tile = |name: &str| project.join("tiles/flight").join(name).to_str().unwrap().to_owned();
+    let tile = |name: &str| project.join("tiles/flight").join(name).to_str().expect("the path is UTF-8").to_owned();
     let (frame, camera) = (tile("frames/019.jpg"), tile("camera.toml"));
     let fix = "fix --db {}/target.gpkg --latitude-deg 48.4915 --longitude-deg 15.6160 --sigma-m 200 --heading-deg 271.6 \
                --height-m 500.4 --pitch-deg 1.17 --roll-deg 0 --image";

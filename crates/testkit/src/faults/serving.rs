@@ -96,27 +96,31 @@ impl ServiceReads {
         bench.lay_out(&[("target.gpkg", self.store.clone())].into());
         let words = ["serve", "--onboard", "--listen", "127.0.0.1:0", "--db", "{}/target.gpkg"].map(Into::into);
         let mut command = bench.armed(&words, fault);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs");
         let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        BufReader::new(child.stdout.take().expect("the pipe is open"))
+            .read_line(&mut line)
+            .expect("the program writes text");
         let json: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
-        let mut errors = child.stderr.take().unwrap();
+        let mut errors = child.stderr.take().expect("the pipe is open");
         // Read in a thread, so that the service never waits for it.
         let said = std::thread::spawn(move || {
             let mut said = String::new();
-            errors.read_to_string(&mut said).unwrap();
+            errors.read_to_string(&mut said).expect("the program writes text");
             said
         });
         let Some(address) = json["listening"].as_str().and_then(|a| a.strip_prefix("http://")) else {
-            child.wait().unwrap();
-            return Err(line + &said.join().unwrap());
+            child.wait().expect("the program runs");
+            return Err(line + &said.join().expect("the thread does not panic"));
         };
         let mut running = RunningService { child, address: address.to_owned() };
         let answers: Vec<RawAnswer> = self.questions.iter().map(|q| running.ask(q)).collect();
-        let told =
-            std::process::Command::new("kill").args(["-TERM", &running.child.id().to_string()]).status().unwrap();
-        assert!(told.success() && running.child.wait().unwrap().success());
-        let said = said.join().unwrap();
+        let told = std::process::Command::new("kill")
+            .args(["-TERM", &running.child.id().to_string()])
+            .status()
+            .expect("the program runs");
+        assert!(told.success() && running.child.wait().expect("the program runs").success());
+        let said = said.join().expect("the thread does not panic");
         if said.contains("panicked") {
             return Err(said);
         }
@@ -126,28 +130,28 @@ impl ServiceReads {
 
 impl RunningService {
     fn ask(&self, question: &RawRequest) -> RawAnswer {
-        let mut stream = TcpStream::connect(&self.address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        let mut stream = TcpStream::connect(&self.address).expect("the service listens");
+        stream.set_read_timeout(Some(Duration::from_secs(60))).expect("the service answers");
         let (line, len) = (&question.line, question.body.len());
         let head = format!(
             "{line} HTTP/1.1\r\nhost: x\r\nconnection: close\r\ncontent-type: multipart/form-data; boundary=b\r\n\
              content-length: {len}\r\n\r\n"
         );
-        stream.write_all(head.as_bytes()).unwrap();
-        stream.write_all(&question.body).unwrap();
+        stream.write_all(head.as_bytes()).expect("the service answers");
+        stream.write_all(&question.body).expect("the service answers");
         let mut answer = Vec::new();
-        stream.read_to_end(&mut answer).unwrap();
-        let split = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
-        let status = String::from_utf8_lossy(&answer[9..12]).parse().unwrap();
+        stream.read_to_end(&mut answer).expect("the service answers");
+        let split = answer.windows(4).position(|w| w == b"\r\n\r\n").expect("an answer has a head");
+        let status = String::from_utf8_lossy(&answer[9..12]).parse().expect("the status is a number");
         RawAnswer { status, body: answer[split + 4..].to_vec() }
     }
 }
 
 fn questions(store: &Path, frame: &Path) -> Vec<RawRequest> {
     let get = |path: String| RawRequest { line: format!("GET {path}"), body: Vec::new() };
-    let reader = Reader::open(store).unwrap();
+    let reader = Reader::open(store).expect("the sound store opens");
     let layer = &reader.layers()[0];
-    let tiles = reader.footprints(layer, layer.base_zoom).unwrap();
+    let tiles = reader.footprints(layer, layer.base_zoom).expect("the sound store reads");
     let mut all: Vec<_> =
         tiles.iter().step_by(5).map(|f| get(format!("/v1/tiles/{}/{}", layer.name, f.tile))).collect();
     let around = "latitude_deg=48.4915&longitude_deg=15.6145&heading_deg=270&across_m=200&along_m=200";
@@ -156,7 +160,7 @@ fn questions(store: &Path, frame: &Path) -> Vec<RawRequest> {
         "latitude_deg": 48.4915, "longitude_deg": 15.616, "sigma_m": 150.0, "heading_deg": 271.6, "gsd_m_per_px": 1.25,
     });
     let mut body = b"--b\r\ncontent-disposition: form-data; name=\"image\"\r\n\r\n".to_vec();
-    body.extend(std::fs::read(frame).unwrap());
+    body.extend(std::fs::read(frame).expect("the rig reads and writes its own files"));
     body.extend_from_slice(b"\r\n--b\r\ncontent-disposition: form-data; name=\"request\"\r\n\r\n");
     body.extend(prior.to_string().into_bytes());
     body.extend_from_slice(b"\r\n--b--\r\n");

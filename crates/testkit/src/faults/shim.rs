@@ -114,7 +114,7 @@ impl Shim {
             return Err("faults are injected by LD_PRELOAD, which only Linux has".into());
         }
         let source = folder.join("fault.c");
-        std::fs::write(&source, include_str!("fault.c")).unwrap();
+        std::fs::write(&source, include_str!("fault.c")).expect("the rig reads and writes its own files");
         let (library, report) = (folder.join("fault.so"), folder.join("report"));
         let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into());
         let made = Command::new(compiler)
@@ -126,7 +126,7 @@ impl Shim {
         let shim = Self { library, report };
         let mut command = Command::new(program);
         shim.arm(&mut command, folder, InjectedFault { kind: FaultKind::Kill, at: 0 });
-        assert!(command.arg("--version").output().unwrap().status.success());
+        assert!(command.arg("--version").output().expect("the program runs").status.success());
         if shim.report.exists() { Ok(shim) } else { Err("it is a static binary: LD_PRELOAD does not reach it".into()) }
     }
 

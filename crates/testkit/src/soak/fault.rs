@@ -17,7 +17,7 @@ pub struct BitRot {
 impl BitRot {
     /// Reads the store at `path` while it is sound.
     pub fn read(path: &Path) -> Self {
-        Self { sound: std::fs::read(path).unwrap() }
+        Self { sound: std::fs::read(path).expect("the rig reads and writes its own files") }
     }
 
     /// Damages some base tiles of the sound store `from` in its copy `path`, none of `spared`; `seed` chooses them.
@@ -29,28 +29,34 @@ impl BitRot {
         seed: usize,
         spared: &dyn Fn(TileId) -> bool,
     ) -> BTreeSet<TileId> {
-        let reader = Reader::open(from).unwrap();
+        let reader = Reader::open(from).expect("the sound store opens");
         let layer = &reader.layers()[0];
-        let base = reader.footprints(layer, layer.base_zoom).unwrap();
+        let base = reader.footprints(layer, layer.base_zoom).expect("the sound store reads");
         let candidates: Vec<TileId> = base.iter().map(|f| f.tile).filter(|t| !spared(*t)).collect();
         let mut damaged = BTreeSet::new();
         for k in 0..count.min(candidates.len()) {
             let tile = candidates[(seed + k * 7) % candidates.len()];
-            let image = reader.encoded_tile(layer, tile).unwrap().unwrap().bytes;
+            let image =
+                reader.encoded_tile(layer, tile).expect("the sound store reads").expect("it has the tile").bytes;
             let needle = &image[image.len() / 2..image.len() / 2 + 40];
             // The same picture can stand under several names; all of them are damaged then.
             let places: Vec<usize> = find_all(&self.sound, needle);
-            let file = File::options().write(true).read(true).open(path).unwrap();
-            let date = file.metadata().unwrap().modified().unwrap();
+            let file =
+                File::options().write(true).read(true).open(path).expect("the rig reads and writes its own files");
+            let date = file
+                .metadata()
+                .expect("the rig reads and writes its own files")
+                .modified()
+                .expect("the rig reads and writes its own files");
             for at in places {
-                file.write_all_at(&[self.sound[at] ^ 8], at as u64).unwrap();
+                file.write_all_at(&[self.sound[at] ^ 8], at as u64).expect("the rig reads and writes its own files");
             }
-            file.set_modified(date).unwrap();
-            damaged.extend(
-                base.iter()
-                    .map(|f| f.tile)
-                    .filter(|t| *t == tile || reader.encoded_tile(layer, *t).unwrap().unwrap().bytes == image),
-            );
+            file.set_modified(date).expect("the rig reads and writes its own files");
+            damaged.extend(base.iter().map(|f| f.tile).filter(|t| {
+                *t == tile
+                    || reader.encoded_tile(layer, *t).expect("the sound store reads").expect("it has the tile").bytes
+                        == image
+            }));
         }
         damaged
     }
@@ -125,18 +131,20 @@ pub fn endure(
 /// Applies a fault. Returns whether the service should still be ready.
 fn injure(fault: FileFault, sound: &Path, path: &Path) -> bool {
     match fault {
-        FileFault::Removed => std::fs::remove_file(path).unwrap(),
+        FileFault::Removed => std::fs::remove_file(path).expect("the rig reads and writes its own files"),
         FileFault::Replaced => {
             let other = path.with_extension("other");
-            std::fs::copy(sound, &other).unwrap();
-            std::fs::rename(other, path).unwrap();
+            std::fs::copy(sound, &other).expect("the rig reads and writes its own files");
+            std::fs::rename(other, path).expect("the rig reads and writes its own files");
         }
         FileFault::Truncated => {
-            let file = File::options().write(true).open(path).unwrap();
-            file.set_len(file.metadata().unwrap().len() / 2).unwrap();
+            let file = File::options().write(true).open(path).expect("the rig reads and writes its own files");
+            file.set_len(file.metadata().expect("the rig reads and writes its own files").len() / 2)
+                .expect("the rig reads and writes its own files");
         }
         FileFault::Unreadable => {
-            std::fs::set_permissions(path, Permissions::from_mode(0o000)).unwrap();
+            std::fs::set_permissions(path, Permissions::from_mode(0o000))
+                .expect("the rig reads and writes its own files");
             // Root can read any file.
             return !permissions_bind(path);
         }
@@ -147,7 +155,7 @@ fn injure(fault: FileFault, sound: &Path, path: &Path) -> bool {
 fn heal(sound: &Path, path: &Path) {
     // The file may be absent.
     let _ = std::fs::remove_file(path);
-    std::fs::copy(sound, path).unwrap();
+    std::fs::copy(sound, path).expect("the rig reads and writes its own files");
 }
 
 /// Asks some questions of each kind. While `injured`, an error (5xx) is as right as a right answer.

@@ -65,7 +65,7 @@ pub fn soak(serving: &mut ServedStore, questions: &Questions, plan: &SoakPlan<'_
             let watched = scope.spawn(|| mean_resident_kb(watched_by, &asking));
             let asked = run::ask(watched_by, questions, &damaged, from..to, plan.connections, plan.seed);
             asking.store(false, Ordering::Relaxed);
-            (asked, watched.join().unwrap())
+            (asked, watched.join().expect("the thread does not panic"))
         });
         tally = tally.with(asked);
         // Lets requests that clients abandoned end.

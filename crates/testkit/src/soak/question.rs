@@ -135,10 +135,10 @@ impl Questions {
     /// Makes questions about a sound store. The right answers come from the store; those about candidates from
     /// comparing every footprint with the region.
     pub fn new(db: &Path, pool: QuestionCounts, seed: u64) -> Self {
-        let reader = Reader::open(db).unwrap();
+        let reader = Reader::open(db).expect("the sound store opens");
         let layer = &reader.layers()[0];
         let mut dice = StdRng::seed_from_u64(seed);
-        let base = reader.footprints(layer, layer.base_zoom).unwrap();
+        let base = reader.footprints(layer, layer.base_zoom).expect("the sound store reads");
         let mut all: HashMap<QuestionKind, Vec<SoakQuestion>> = HashMap::new();
         all.insert(QuestionKind::Tile, tiles(&reader, layer, &base, pool.tiles, &mut dice));
         all.insert(QuestionKind::Descriptors, descriptors(&reader, layer, &base, pool.tiles / 4, &mut dice));
@@ -174,12 +174,13 @@ fn question(kind: QuestionKind, request: Vec<u8>, expected: ExpectedAnswer) -> S
 }
 
 fn tiles(reader: &Reader, layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng) -> Vec<SoakQuestion> {
-    let coarse = reader.footprints(layer, layer.min_zoom).unwrap();
+    let coarse = reader.footprints(layer, layer.min_zoom).expect("the sound store reads");
     (0..count)
         .map(|i| {
             let from = if i % 5 == 0 { &coarse } else { base };
             let tile = from[dice.random_range(0..from.len())].tile;
-            let bytes = reader.encoded_tile(layer, tile).unwrap().unwrap().bytes;
+            let bytes =
+                reader.encoded_tile(layer, tile).expect("the sound store reads").expect("it has the tile").bytes;
             let request = get(&format!("/v1/tiles/{}/{tile}", layer.name));
             SoakQuestion {
                 kind: QuestionKind::Tile,
@@ -201,7 +202,7 @@ fn descriptors(
     (0..count.max(1))
         .map(|_| {
             let tile = base[dice.random_range(0..base.len())].tile;
-            let bytes = reader.descriptors(layer, tile).unwrap().unwrap();
+            let bytes = reader.descriptors(layer, tile).expect("the sound store reads").expect("it has the tile");
             let request = get(&format!("/v1/tiles/{}/{tile}/descriptors", layer.name));
             let expected = ExpectedAnswer::Bytes(blake3::hash(&bytes));
             SoakQuestion { kind: QuestionKind::Descriptors, tile: Some(tile), request, expected }
@@ -250,11 +251,11 @@ fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng
                 },
             };
             let text = query(&parameters);
-            let asked = parameters.query().unwrap();
+            let asked = parameters.query().expect("the sound store reads");
             let expected = match Region::new(asked.centre, asked.image, asked.uncertainty) {
                 Ok(region) => {
                     let answer = rank(&layer.name, base.iter(), &region, None);
-                    ExpectedAnswer::Bytes(blake3::hash(&serde_json::to_vec(&answer).unwrap()))
+                    ExpectedAnswer::Bytes(blake3::hash(&serde_json::to_vec(&answer).expect("an answer is JSON")))
                 }
                 Err(_) => ExpectedAnswer::Refusal,
             };
@@ -291,7 +292,10 @@ fn query(p: &CandidateParameters) -> String {
 /// The middle of a tile as an aircraft straight above it sees it.
 fn frame(tile: &image::DynamicImage, corner: [u32; 2]) -> Vec<u8> {
     let mut png = Cursor::new(Vec::new());
-    tile.crop_imm(corner[0], corner[1], 320, 240).to_rgb8().write_to(&mut png, image::ImageFormat::Png).unwrap();
+    tile.crop_imm(corner[0], corner[1], 320, 240)
+        .to_rgb8()
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("a tile is a picture");
     png.into_inner()
 }
 
@@ -307,8 +311,8 @@ fn landscape(reader: &Reader, layer: &Layer, base: &[Footprint]) -> Vec<(TileId,
             && f.valid_fraction == 1.0
     };
     let image = |f: &Footprint| {
-        let bytes = reader.encoded_tile(layer, f.tile).unwrap().unwrap().bytes;
-        (f.tile, image::load_from_memory(&bytes).unwrap())
+        let bytes = reader.encoded_tile(layer, f.tile).expect("the sound store reads").expect("it has the tile").bytes;
+        (f.tile, image::load_from_memory(&bytes).expect("a tile is a picture"))
     };
     base.iter().filter(inside).map(image).collect()
 }
@@ -351,7 +355,7 @@ fn fixes(
         let turned = serde_json::json!({"gsd_m_per_px": gsd, "height_sigma_ratio": 0.02});
         wide.push(question(QuestionKind::FixWide, ask(&sound, &turned), ExpectedAnswer::FixNear(truth, 5.0)));
         let mut vague = near.clone();
-        vague.as_object_mut().unwrap().remove("heading_deg");
+        vague.as_object_mut().expect("a question is an object").remove("heading_deg");
         vague["sigma_m"] = 900.0.into();
         wide.push(question(QuestionKind::FixWide, ask(&sound, &vague), ExpectedAnswer::FixNear(truth, 5.0)));
     }

@@ -139,7 +139,10 @@ pub fn ask(
                 })
             })
             .collect();
-        handles.into_iter().map(|h| h.join().unwrap()).fold(SoakTally::default(), SoakTally::with)
+        handles
+            .into_iter()
+            .map(|h| h.join().expect("the thread does not panic"))
+            .fold(SoakTally::default(), SoakTally::with)
     })
 }
 

@@ -1,15 +1,15 @@
 //! The paper's spherical earth: a displacement seen between two images, carried over to latitude, longitude and heading
 //! by first-order steps (equations 37 to 41). Only tests use this model; navigation uses the ellipsoid
-//! ([`LocalFrame`](crate::geodesy::LocalFrame)).
+//! ([`LocalFrame`](overfly_core::geodesy::LocalFrame)).
 //!
 //! Against the ellipsoid a shift is up to 0.6 % wrong: the sphere's 6370 km stand for radii of curvature from 6335 km
 //! (meridian, equator) to 6400 km (poles), -0.46 to +0.55 %; the first-order step adds distance x tan(latitude) / 2 R,
 //! 0.05 % for 1 km at 80 degrees.
 
-use crate::geodesy::{
+use nalgebra::{Matrix3x2, Vector2, Vector3};
+use overfly_core::geodesy::{
     BodyFrame, BodyOffset, Geodesic, GeodesyError, Geodetic, Heading, LocalFrame, destination, geodesic_between,
 };
-use nalgebra::{Matrix3x2, Vector2, Vector3};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 

@@ -1,16 +1,16 @@
 //! Tests: stores of an older readable format are read, exported and patched, and only a build migrates them.
 
-use crate::package::{
-    ApplyRequest, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, apply, open_onboard, parse_date, write_patch,
-    write_seal,
-};
-use crate::{
-    BuiltTile, Declaration, Extract, FORMAT_VERSION, LayerPart, LayerState, OLDEST_READABLE, Reader, TileContent,
-    Writer, verify,
-};
 use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::TileId;
+use overfly_store::package::{
+    ApplyRequest, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, apply, open_onboard, parse_date, write_patch,
+    write_seal,
+};
+use overfly_store::{
+    BuiltTile, Declaration, Extract, FORMAT_VERSION, LayerPart, LayerState, OLDEST_READABLE, Reader, TileContent,
+    Writer, verify,
+};
 use std::path::{Path, PathBuf};
 
 fn tiles(count: u32) -> Vec<TileId> {

@@ -1,3 +1,0 @@
-//! Tests of several files of this module together.
-
-mod sphere;

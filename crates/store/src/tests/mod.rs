@@ -1,3 +1,0 @@
-//! Tests of several modules of this crate together.
-
-mod old_formats;
