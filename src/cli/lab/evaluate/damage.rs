@@ -53,7 +53,7 @@ pub struct Args {
     /// The prior is displaced by a uniform error of at most this per axis, metres.
     #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
     prior_error_m: f64,
-    /// Greatest error that counts as right, metres; a fix farther off is right where its own 99.99 % ellipse holds the truth [default: 3 ground pixels of the coarsest source].
+    /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
     #[arg(long, value_name = "M", value_parser = positive)]
     right_m: Option<f64>,
     /// Frames that are tried at the same time; each search uses one thread.
@@ -135,8 +135,8 @@ fn line(outcome: &DamageOutcome, right_m: f64) -> Option<Line<'_>> {
 fn text(score: &DamageScore) -> String {
     let mut text = format!(
         "damaged    {} files: {} refused, {} with the same pixels, {} no fix, {} right fixes (within {:.2} m)\n\
-         false      {} (rate below {:.1e} with 95 % confidence)\nharmless   {} files: {} not read as before\n\n  \
-         format            change        trials  refused  same  no fix  right  false\n",
+         false      {} (rate below {:.1e} with 95 % confidence), {} of them with the truth outside their own 99.99 % ellipse\nharmless   {} files: {} not read as before\n\n  \
+         format            change        trials  refused  same  no fix  right  false outside\n",
         score.trials,
         score.refused,
         score.unchanged,
@@ -145,12 +145,13 @@ fn text(score: &DamageScore) -> String {
         score.right_m,
         score.wrong,
         score.false_rate_upper95,
+        score.outside,
         score.harmless,
         score.harmless_lost,
     );
     for r in &score.rows {
         text.push_str(&format!(
-            "  {:<17} {:<12} {:>7} {:>8} {:>5} {:>7} {:>6} {:>6}\n",
+            "  {:<17} {:<12} {:>7} {:>8} {:>5} {:>7} {:>6} {:>6} {:>7}\n",
             r.format.word(),
             r.change.word(),
             r.trials,
@@ -158,7 +159,8 @@ fn text(score: &DamageScore) -> String {
             r.unchanged,
             r.no_fix,
             r.right,
-            r.wrong
+            r.wrong,
+            r.outside
         ));
     }
     text.trim_end().to_owned()

@@ -40,11 +40,16 @@ pub struct DamageOutcome {
 }
 
 impl DamageOutcome {
-    /// Whether it ended in a fix farther than `right_m` from the truth, with the truth outside the fix's own 99.99 % ellipse.
+    /// Whether it ended in a fix farther than `right_m` from the truth.
     pub fn is_false(&self, right_m: f64) -> bool {
-        let DamageResult::Fix { error_m, squared_mahalanobis } = self.result else { return false };
+        matches!(self.result, DamageResult::Fix { error_m, .. } if error_m > right_m)
+    }
+
+    /// Whether it is false and does not say so: the truth lies outside the fix's own 99.99 % ellipse.
+    pub fn is_outside(&self, right_m: f64) -> bool {
         // Not a number counts as outside.
-        let is_inside = squared_mahalanobis <= CHI_SQUARE_9999;
-        error_m > right_m && !is_inside
+        let is_inside = |square: f64| square <= CHI_SQUARE_9999;
+        self.is_false(right_m)
+            && matches!(self.result, DamageResult::Fix { squared_mahalanobis, .. } if !is_inside(squared_mahalanobis))
     }
 }

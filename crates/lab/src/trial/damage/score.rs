@@ -22,11 +22,13 @@ pub struct DamageScoreRow {
     pub unchanged: usize,
     /// Other pixels, no fix.
     pub no_fix: usize,
-    /// Other pixels, a fix within `right_m` of the truth, or with the truth in its own 99.99 % ellipse.
+    /// Other pixels, a fix within `right_m` of the truth.
     pub right: usize,
-    /// Other pixels, another fix.
+    /// Other pixels, a fix farther off.
     #[serde(rename = "false")]
     pub wrong: usize,
+    /// Of the false ones: the truth outside their own 99.99 % ellipse.
+    pub outside: usize,
 }
 
 /// The score of a trial.
@@ -45,6 +47,8 @@ pub struct DamageScore {
     /// Of these: false fixes.
     #[serde(rename = "false")]
     pub wrong: usize,
+    /// Of the false ones: the truth outside their own 99.99 % ellipse.
+    pub outside: usize,
     /// What the rate of false fixes lies below with 95 % confidence.
     pub false_rate_upper95: f64,
     /// Trials whose change is harmless.
@@ -58,15 +62,24 @@ pub struct DamageScore {
 }
 
 impl DamageScore {
-    /// Counts outcomes by [`DamageOutcome::is_false`].
+    /// Counts outcomes; a fix within `right_m` of the truth is right.
     pub fn from_outcomes(outcomes: &[DamageOutcome], right_m: f64) -> Self {
         let mut rows = BTreeMap::new();
         for outcome in outcomes {
             let (format, change) = (outcome.format, outcome.change);
-            let empty =
-                DamageScoreRow { format, change, trials: 0, refused: 0, unchanged: 0, no_fix: 0, right: 0, wrong: 0 };
-            let row = rows.entry((format, change)).or_insert(empty);
+            let row = rows.entry((format, change)).or_insert(DamageScoreRow {
+                format,
+                change,
+                trials: 0,
+                refused: 0,
+                unchanged: 0,
+                no_fix: 0,
+                right: 0,
+                wrong: 0,
+                outside: 0,
+            });
             row.trials += 1;
+            row.outside += usize::from(outcome.is_outside(right_m));
             match outcome.result {
                 DamageResult::Refused(_) => row.refused += 1,
                 DamageResult::Unchanged => row.unchanged += 1,
@@ -86,6 +99,7 @@ impl DamageScore {
             no_fix: sum(|r| r.no_fix),
             right: sum(|r| r.right),
             wrong,
+            outside: sum(|r| r.outside),
             false_rate_upper95: upper95(wrong, trials),
             harmless: harmless.iter().map(|r| r.trials).sum(),
             harmless_lost: harmless.iter().map(|r| r.trials - r.unchanged).sum(),
