@@ -53,10 +53,14 @@ fn source_folders() -> Vec<PathBuf> {
     std::iter::once(root().join("src")).chain(libraries).collect()
 }
 
-/// The text of a module: all files below `src/NAME/` of the program or of a library.
+/// The text of a module: all files below `src/NAME/` of the program or of a library, or a library's `tests/NAME.rs`.
 fn module_text(path: &str) -> Option<String> {
     let name = path.split("::").next()?;
-    let folder = source_folders().into_iter().map(|folder| folder.join(name)).find(|folder| folder.is_dir())?;
+    let folder = source_folders().into_iter().map(|folder| folder.join(name)).find(|folder| folder.is_dir());
+    let Some(folder) = folder else {
+        let tests = source_folders().into_iter().map(|folder| folder.with_file_name("tests").join(name));
+        return tests.filter_map(|file| std::fs::read_to_string(file.with_extension("rs")).ok()).next();
+    };
     let mut files = Vec::new();
     rust_files(&folder, &mut files);
     Some(files.iter().map(|file| std::fs::read_to_string(file).unwrap()).collect())
@@ -147,6 +151,7 @@ fn the_checks_see_what_is_missing() {
         assert!(!code_exists(absent), "{absent}");
     }
     assert!(test_exists("coupling::n_max_is_the_root_that_bisection_finds"));
+    assert!(test_exists("spherical_earth::refuses_a_step_over_the_pole"));
     // A function that is no test, and a test of another module.
     assert!(!test_exists("coupling::turn_point") && !test_exists("geodesy::n_max_is_the_root_that_bisection_finds"));
     let table = "| no. | a | b | c |\n|---|---|---|---|\n| (3) | x | `f` `g` | `t` |\n\n| (4) | x | `f` | `t` |\n";

@@ -1,7 +1,8 @@
 //! Compares JPEG decoders: which damages each reports, what it still reads of files with a harmless oddity, and its time at full and
 //! reduced size. The figures of "Which JPEG decoder?" in docs/decisions.md.
 //!
-//! `cargo run --release -p overfly-testkit --example jpeg_decoders -- tiles/flight/frames/019.jpg`
+//! `cargo run --release -p overfly-testkit --example jpeg_decoders -- tiles/flight/frames/019.jpg`; with `--times` before the photos
+//! only the times.
 
 use overfly_core::jpeg::{Reduction, decode_gray};
 use overfly_core::pixels::Colour;
@@ -73,8 +74,15 @@ struct Tally {
 }
 
 fn main() {
-    let photos: Vec<String> = std::env::args().skip(1).collect();
+    let (options, photos): (Vec<String>, Vec<String>) = std::env::args().skip(1).partition(|a| a == "--times");
     assert!(!photos.is_empty(), "state a photo or more");
+    if options.is_empty() {
+        print_shares(&photos);
+    }
+    photos.iter().for_each(|photo| times(photo));
+}
+
+fn print_shares(photos: &[String]) {
     println!("share of the files refused / read with more than 1 % of the pixels changed");
     let header: String = DECODERS.iter().map(|(name, _)| format!("{name:>20}")).collect();
     println!("{:<14}{header}", "");
@@ -90,7 +98,6 @@ fn main() {
             .collect();
         println!("{:<14}{cells}  ({} files)", change.word(), tallies[0].files);
     }
-    photos.iter().for_each(|photo| times(photo));
 }
 
 fn count(photo: &Path, change: FileChange, tallies: &mut [Tally; 4]) {
