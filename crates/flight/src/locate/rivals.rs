@@ -28,8 +28,9 @@ pub const LEAST_T_SCORE: f64 = 4.0;
 const RIVAL_SHARE: f64 = 0.4;
 /// Rivals taken from the correlation surface under the place's own heading and scale.
 const SURFACE_RIVALS: usize = 12;
-/// Maxima nearer than this to the place belong to its own peak, pixels.
-const OWN_PEAK_PX: f64 = 5.0;
+/// Maxima nearer than this to the place belong to its own peak, pixels. A lattice of 4 px, the finest that structure resolves, has its
+/// next maximum beyond.
+const OWN_PEAK_PX: f64 = 3.4;
 /// A maximum is the highest within this many pixels.
 const MAXIMUM_RADIUS_PX: usize = 3;
 /// A rival that knows less than this share of the ground compared at the place is not compared.
@@ -180,7 +181,7 @@ impl RivalSearch<'_> {
     ) -> Result<Vec<(CameraPose, usize)>, LocateError> {
         let mut candidates = Vec::new();
         let radius_px = |zoom: u8| 1 + (1usize << (place.zoom - zoom)) * usize::from(zoom < place.zoom);
-        candidates.extend(near.iter().map(|&offset| (shifted(place, offset), 2)));
+        candidates.extend(near.iter().map(|&offset| (shifted(place, offset), 1)));
         for zoom in self.prepared.levels.coarse + 1..place.zoom {
             let pose = place.at_zoom(zoom);
             let observation = Observation::new(self.map, &self.prepared.frame, &pose, NEAR_PX as usize + 1)?;

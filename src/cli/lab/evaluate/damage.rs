@@ -26,6 +26,9 @@ Changes that are harmless, after which the frame must have the same pixels:
   restart_junk  a few bytes before every restart marker (jpeg_restarts)
   segments      unknown segments (the JPEG formats but own)
 
+A fix beyond --right-m is false. `outside` counts the false ones that do not say so: outside their own 99.99 % ellipse. damage.csv has
+both, and the squared Mahalanobis distance of each fix from the truth.
+
 If n trials end in no false fix, the rate is below 3 / n with 95 % confidence. With --json: one line per false fix and per harmless
 change that was not read as before, then the summary. Exit code 0 whatever was found.
 
