@@ -18,6 +18,7 @@ pub mod relative;
 pub mod resection;
 pub mod robust;
 pub mod seam;
+pub mod self_similarity;
 pub mod similarity;
 pub mod stationary;
 pub mod view_statistic;

@@ -87,6 +87,19 @@ impl SearchArea {
         Self::between(zoom, [x_px - half_px, y_px - half_px], [x_px + half_px, y_px + half_px], None)
     }
 
+    /// The area's rectangle, larger by `by_px` on every side; an ellipse within is no bound any more.
+    pub fn grown(self, by_px: f64) -> Self {
+        let by = by_px.ceil() as i64;
+        Self {
+            left: self.left - by,
+            top: self.top - by,
+            width_px: self.width_px + 2 * by,
+            height_px: self.height_px + 2 * by,
+            ellipse: None,
+            ..self
+        }
+    }
+
     /// Number of pixels of the area's rectangle.
     pub fn places(&self) -> f64 {
         self.width_px as f64 * self.height_px as f64
