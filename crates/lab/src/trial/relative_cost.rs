@@ -220,7 +220,7 @@ impl EncodedPair {
         let mut times = StepTimes { loading_s, matching_s, threshold_s, agreement_s, estimate_s: None };
         let mut drifts = Drifts { drift_px: None, keypoint_drift_px: None };
         if let Some(agreed) = &agreed {
-            let (aligned, elapsed_s) = timed(repeats, 1, || align(a, b, &agreed.a_from_b, centre));
+            let (aligned, elapsed_s) = timed(repeats, 1, || align(a, b, &agreed.a_from_b, centre, false));
             let off = |found: Vector2<f64>| (found - centre - shift_px).norm();
             times.estimate_s = Some(elapsed_s);
             drifts.keypoint_drift_px = Some(off(agreed.a_from_b.apply(centre)));

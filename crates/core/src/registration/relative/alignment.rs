@@ -8,6 +8,7 @@
 use super::binomial::smoothed;
 use super::block_sums::{Brightness, sum_blocks};
 use super::normal_equations::{BlockSums, PARAMETERS};
+use super::still_pixels::StillPixels;
 use super::template::Template;
 use crate::pixels::Gray;
 use crate::registration::similarity::{Precision, Similarity};
@@ -50,15 +51,17 @@ const FLOOR_PX: f64 = 0.001;
 const COMPARABLE: f64 = 1.45;
 
 /// Aligns b on a from a start `a_from_b` within a pixel or two. `centre` is the centre of b, where the covariance is stated.
-/// `None` where the overlap is too small or flat, or where the iteration diverges: then the start is the better answer.
-pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Option<Aligned> {
+/// `has_overlay`: what stands still in the image is left out, in frames of equal sizes. `None` where the overlap is too small or flat, or where the iteration diverges: then the start is the better answer.
+pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>, has_overlay: bool) -> Option<Aligned> {
     let scale = start.scale();
     let halvings = |ratio: f64| if ratio > COMPARABLE { (ratio.log2().round() as u32).max(1) } else { 0 };
     let (of_a, of_b) = (1usize << halvings(scale), 1usize << halvings(1.0 / scale));
     let (wide_a, wide_b) = (of_a as f64, of_b as f64);
     let reduced = |gray: &Gray, factor: usize| if factor > 1 { smoothed(&gray.binned(factor)) } else { smoothed(gray) };
     let (small_a, small_b) = (reduced(a, of_a), reduced(b, of_b));
-    let aligned = align_alike(&small_a, &small_b, &start.in_pixels(wide_a, wide_b), centre / wide_b)?;
+    let start = start.in_pixels(wide_a, wide_b);
+    let still = StillPixels::between(&small_a, &small_b).filter(|_| has_overlay);
+    let aligned = align_alike(&small_a, &small_b, &start, centre / wide_b, still)?;
     Some(Aligned {
         a_from_b: aligned.a_from_b.in_pixels(1.0 / wide_a, 1.0 / wide_b),
         precision: aligned.precision.in_pixels(1.0 / wide_a),
@@ -67,10 +70,16 @@ pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Op
 }
 
 /// As [`align`], for smoothed frames of about the same scale.
-fn align_alike(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>) -> Option<Aligned> {
+fn align_alike(
+    a: &Gray,
+    b: &Gray,
+    start: &Similarity,
+    centre: Vector2<f64>,
+    still: Option<StillPixels<'_>>,
+) -> Option<Aligned> {
     let step = step_px(a, b, start)?;
-    let coarse = Template::new(b, centre, step * COARSE).cut_to(a, start);
-    let fine = Template::new(b, centre, step).cut_to(a, start);
+    let template = |step: usize| Template::new(b, centre, step, still).cut_to(a, start);
+    let (coarse, fine) = (template(step * COARSE), template(step));
     let mut motion = *start;
     let mut last = None;
     for (template, rounds, converged_px) in

@@ -20,6 +20,10 @@ const LEAST_IN_BLOCK: f32 = 12.0;
 const LEAST_DEVIATION: f32 = 0.2;
 /// Huber's bound, in robust standard deviations.
 const HUBER: f32 = 1.345;
+/// Beyond this many robust standard deviations a pixel counts for nothing (Tukey's biweight): an overlay, a vehicle, a roof.
+const TUKEY: f32 = 6.0;
+/// Residuals count at most this many standard deviations of the round before in the next one.
+const WINSOR: f32 = 3.0;
 
 /// Brightness of b against a, as the last round found it.
 #[derive(Clone)]
@@ -82,7 +86,7 @@ struct Totals {
     products: [Lanes; PRODUCTS],
     /// Pixels compared.
     count: Lanes,
-    /// Absolute residuals.
+    /// Absolute residuals, bounded.
     absolute: Lanes,
 }
 
@@ -109,6 +113,8 @@ struct Round<'a> {
     per_radius: f32,
     gain: f32,
     bound: f32,
+    tukey: f32,
+    winsor: f32,
     /// Bounds of the positions in a that can be interpolated, px from the centre of a's first pixel.
     least: f32,
     most: [f32; 2],
@@ -129,6 +135,8 @@ impl<'a> Round<'a> {
             per_radius: (1.0 / template.radius_px) as f32,
             gain: brightness.gain as f32,
             bound: HUBER * deviation,
+            tukey: TUKEY * deviation,
+            winsor: WINSOR * deviation,
             least: MARGIN_PX as f32,
             most: [a.width_px() as f32 - 1.0 - MARGIN_PX as f32, a.height_px() as f32 - 1.0 - MARGIN_PX as f32],
         }
@@ -163,9 +171,11 @@ impl<'a> Round<'a> {
             j[RESIDUAL][i] = residual;
             j[SEEN][i] = row.value[i];
             let size = residual.abs();
-            weight[i] = places.inside[i] * (self.bound / size.max(self.bound));
+            let beyond = (size / self.tukey).min(1.0);
+            let biweight = (1.0 - beyond * beyond) * (1.0 - beyond * beyond);
+            weight[i] = places.inside[i] * biweight * (self.bound / size.max(self.bound));
             totals.count[i] += places.inside[i];
-            totals.absolute[i] += places.inside[i] * size;
+            totals.absolute[i] += places.inside[i] * size.min(self.winsor);
         }
         let mut k = 0;
         for row in 0..COLUMNS {
@@ -188,7 +198,7 @@ impl<'a> Round<'a> {
             x[i] = self.centre[0] + (c * dx[i] - s * dy);
             y[i] = self.centre[1] + (s * dx[i] + c * dy);
             let is_inside = (x[i] > self.least) & (y[i] > self.least) & (x[i] < self.most[0]) & (y[i] < self.most[1]);
-            inside[i] = if is_inside { 1.0 } else { 0.0 };
+            inside[i] = if is_inside { row.compared[i] } else { 0.0 };
         }
         Places { x, y, inside, dx }
     }
@@ -261,7 +271,7 @@ mod tests {
     #[test]
     fn both_twins_agree_bit_for_bit() {
         let (a, b) = (wavy(90, 70, 0.0), wavy(90, 70, 0.3));
-        let template = Template::new(&b, Vector2::new(45.0, 35.0), 2);
+        let template = Template::new(&b, Vector2::new(45.0, 35.0), 2, None);
         let motion = Similarity { c: 0.99, s: 0.03, t: Vector2::new(3.3, -2.1) };
         let bits = |(sums, _): (Vec<BlockSums>, Brightness)| -> Vec<u64> {
             sums.iter().flat_map(|b| b.normal.iter().chain(&b.right).map(|v| v.to_bits()).collect::<Vec<_>>()).collect()
@@ -279,7 +289,7 @@ mod tests {
             Gray::from_values(90, 70, (0..90 * 70).map(value).collect()).expect("one value a pixel")
         };
         for b in [ramp(&shifted), shifted] {
-            let template = Template::new(&b, Vector2::new(45.0, 35.0), 2);
+            let template = Template::new(&b, Vector2::new(45.0, 35.0), 2, None);
             let (sums, _) = sum_blocks(&template, &a, &still(), &Brightness::unknown(&template));
             let normal: SMatrix<f64, PARAMETERS, PARAMETERS> = sums.iter().map(|s| s.normal).sum();
             let right: SVector<f64, PARAMETERS> = sums.iter().map(|s| s.right).sum();

@@ -14,6 +14,7 @@ mod normal_equations;
 mod parallax;
 mod register;
 mod repetition;
+mod still_pixels;
 mod template;
 #[cfg(test)]
 mod tests;

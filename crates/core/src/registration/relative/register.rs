@@ -37,6 +37,15 @@ pub const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 /// How far the logarithm of the scale found may be from that of the stated scale.
 const SCALE_SLACK: f64 = 0.15;
 
+/// So many matches that stand still, moving by less than this, pixels,
+const LEAST_STANDING: usize = 3;
+const STANDING_PX: f64 = 1.0;
+/// where the motion found moves them by more than this, belong to something that stands still in the image.
+const MOVING_PX: f64 = 4.0;
+
+/// Largest squared Mahalanobis distance of alignment and consensus where something stands still: 99 % of a Gaussian's.
+const MOST_DISAGREEMENT: f64 = 9.21;
+
 /// Frames are compared at this edge (square root of the area) at most, px: beyond, only time and memory grow.
 pub const MOST_EDGE_PX: f64 = 720.0;
 
@@ -122,7 +131,9 @@ fn attempt(
         return rejected(TooFewAgreeingMatches, detail);
     };
     let is_evident = verify_consensus(&consensus, matches.len())?;
-    let aligned = align(a, b, &consensus.a_from_b, centre_of_b);
+    let has_overlay = stands_beside(&matches, &consensus.a_from_b) >= LEAST_STANDING;
+    let aligned = align(a, b, &consensus.a_from_b, centre_of_b, has_overlay)
+        .filter(|aligned| !has_overlay || agrees(aligned, &consensus, centre_of_b));
     let (a_from_b, precision) = choose(&consensus, aligned.as_ref(), is_evident)?;
     let KeypointConsensus { inliers, log10_false_alarms, above, .. } = consensus;
     if is_of_a_still_part(a, b, &a_from_b) {
@@ -138,6 +149,20 @@ fn attempt(
         return rejected(NoMotionReason::Ambiguous, detail);
     }
     Ok(Accepted { a_from_b, precision, inliers, matches: matches.len(), log10_false_alarms })
+}
+
+/// The number of matches that stand still where the motion does not: those of an overlay, of dust, of a wing.
+fn stands_beside(matches: &[KeypointMatch], a_from_b: &Similarity) -> usize {
+    let stands =
+        |m: &&KeypointMatch| (m.a - m.b).norm() < STANDING_PX && (a_from_b.apply(m.b) - m.b).norm() > MOVING_PX;
+    matches.iter().filter(stands).count()
+}
+
+/// Whether alignment and consensus agree at the centre of b. What is left of an overlay's edges can draw an alignment aside.
+fn agrees(aligned: &Aligned, consensus: &KeypointConsensus, centre_of_b: Vector2<f64>) -> bool {
+    let off = aligned.a_from_b.apply(centre_of_b) - consensus.a_from_b.apply(centre_of_b);
+    let covariance = aligned.precision.centre_px2 + consensus.precision.centre_px2;
+    covariance.try_inverse().is_some_and(|inverse| off.dot(&(inverse * off)) <= MOST_DISAGREEMENT)
 }
 
 /// The similarity `a_from_b` that a registration answers with, given the consensus of keypoints and the alignment by

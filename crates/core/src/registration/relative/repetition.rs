@@ -104,7 +104,7 @@ pub fn strongest_rival(
     let displacement = found.apply(centre_of_b) - size / 2.0;
     let compared = shifts.iter().filter_map(|(shift, is_supported)| {
         let start = Similarity { t: found.t + shift, ..*found };
-        let rival = align(a, b, &start, centre_of_b).map_or(start, |aligned| aligned.a_from_b);
+        let rival = align(a, b, &start, centre_of_b, false).map_or(start, |aligned| aligned.a_from_b);
         let apart = rival.apply(centre_of_b) - found.apply(centre_of_b);
         (apart.norm() > CLUSTER_PX).then_some(())?;
         let blocks = block_correlations(a, b, &rival);

@@ -1,6 +1,7 @@
 //! The pixels of frame b that an alignment compares: a grid, in blocks, with b's own gradient.
 
 use super::normal_equations::{LANES, Lanes};
+use super::still_pixels::StillPixels;
 use crate::pixels::Gray;
 use crate::registration::similarity::Similarity;
 use nalgebra::Vector2;
@@ -36,19 +37,21 @@ pub struct TemplateRow {
     pub value: Lanes,
     /// Gradient of b along x and y, gray levels per px.
     pub slope: [Lanes; 2],
+    /// 1 for pixels that are compared, 0 for those that stand still in the image.
+    pub compared: Lanes,
 }
 
 impl Template {
-    /// Makes the template of `b` (smoothed) on a grid of `step` pixels.
-    pub fn new(b: &Gray, centre: Vector2<f64>, step: usize) -> Self {
+    /// Makes the template of `b` (smoothed) on a grid of `step` pixels, without those that stand still.
+    pub fn new(b: &Gray, centre: Vector2<f64>, step: usize, still: Option<StillPixels<'_>>) -> Self {
         let mut blocks = Vec::new();
         let (right, below) = (b.width_px().saturating_sub(MARGIN_PX), b.height_px().saturating_sub(MARGIN_PX));
         for top in (MARGIN_PX..below).step_by(step * BLOCK_ROWS) {
             let ys = || (top..below.min(top + step * BLOCK_ROWS)).step_by(step);
             let mut left = MARGIN_PX;
             while left + (LANES - 1) * step < right {
-                blocks
-                    .push(TemplateBlock { rows: ys().map(|y| TemplateRow::new(b, centre, [left, y], step)).collect() });
+                let row = |y| TemplateRow::new(b, centre, [left, y], step, still);
+                blocks.push(TemplateBlock { rows: ys().map(row).collect() });
                 left += LANES * step;
             }
         }
@@ -86,8 +89,9 @@ impl TemplateBlock {
 }
 
 impl TemplateRow {
-    fn new(b: &Gray, centre: Vector2<f64>, first: [usize; 2], step: usize) -> Self {
+    fn new(b: &Gray, centre: Vector2<f64>, first: [usize; 2], step: usize, still: Option<StillPixels<'_>>) -> Self {
         let [x, y] = first;
+        let stands = |i: usize| still.is_some_and(|s| s.holds(x + i * step, y));
         let lanes = |value: fn(&Gray, usize, usize) -> f32| std::array::from_fn(|i| value(b, x + i * step, y));
         Self {
             from_centre: [(x as f64 + 0.5 - centre.x) as f32, (y as f64 + 0.5 - centre.y) as f32],
@@ -96,6 +100,7 @@ impl TemplateRow {
                 lanes(|b, x, y| 0.5 * (b.at(x + 1, y) - b.at(x - 1, y))),
                 lanes(|b, x, y| 0.5 * (b.at(x, y + 1) - b.at(x, y - 1))),
             ],
+            compared: std::array::from_fn(|i| if stands(i) { 0.0 } else { 1.0 }),
         }
     }
 }
