@@ -63,9 +63,10 @@ const EQUAL_SHARE: f64 = 0.6;
 /// The parabola through whole pixels may miss the height of a maximum by this factor: a lattice of 4 px seen half a pixel off on both
 /// axes, where it gives 0.88 of each.
 const MAX_PHASE_GAIN: f64 = 1.3;
-/// A frame whose structure correlates by this much with itself displaced repeats itself, and its rivals may also lie beyond the searched
-/// area. Of 96 frames of real ground the highest has 0.26, of false fixes beside a lattice that the map does not show the lowest 0.57.
-const LEAST_SELF_SIMILARITY: f64 = 0.4;
+/// A frame whose structure correlates by this much with itself displaced may repeat itself, and its rivals may also lie beyond the
+/// searched area. One in ten frames of real ground does (at most 0.28), without any rival; of false fixes beside a lattice that the map
+/// does not show the lowest had 0.30.
+const LEAST_SELF_SIMILARITY: f64 = 0.24;
 /// Headings (radians) and scales (ratios) within this of each other give the same maximum.
 const SAME_HEADING_RAD: f64 = 0.03;
 
