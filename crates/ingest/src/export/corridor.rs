@@ -15,6 +15,9 @@ const MAX_PIECE_M: f64 = 2_000.0;
 /// A margin in pixels uses the pixel in the middle of a rectangle; at its far end a pixel is larger by less than this factor.
 const PIXEL_SLACK: f64 = 1.1;
 
+/// The most rectangles of a corridor: five times round the earth. Each is compared with the map's tiles.
+const MOST_PIECES: f64 = 100_000.0;
+
 /// The width of a corridor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CorridorWidth {
@@ -67,14 +70,19 @@ impl Corridor {
     /// Makes the corridor along routes. The drift of the first route continues along each of the others, its alternates.
     ///
     /// # Errors
-    /// [`ExportError::CorridorWidth`] where the corridor is or grows too wide; [`ExportError::Coupling`] where the drift's
-    /// parameters are outside the models' domain.
+    /// [`ExportError::CorridorWidth`] where the corridor is or grows too wide; [`ExportError::RouteTooLong`];
+    /// [`ExportError::Coupling`] where the drift's parameters are outside the models' domain.
     pub fn along(routes: &[Route], width: &CorridorWidth) -> Result<Self, ExportError> {
+        let count: f64 = routes.iter().flat_map(Route::legs).map(|(_, leg)| piece_count(leg)).sum();
+        if count > MOST_PIECES {
+            let length_m = routes.iter().map(Route::length_m).sum();
+            return Err(ExportError::RouteTooLong { length_m, pieces: count as u64, most: MOST_PIECES as u64 });
+        }
         let mut pieces = Vec::new();
         for (index, route) in routes.iter().enumerate() {
             let mut way_m = if index == 0 { 0.0 } else { routes[0].length_m() };
             for (start, leg) in route.legs() {
-                let count = (leg.distance_m / MAX_PIECE_M).ceil().max(1.0);
+                let count = piece_count(leg);
                 let length_m = leg.distance_m / count;
                 for piece in 0..count as u64 {
                     let middle_m = (piece as f64 + 0.5) * length_m;
@@ -97,8 +105,8 @@ impl Corridor {
     ///
     /// # Errors
     /// [`ExportError::Region`] where the route leaves the tile matrix.
-    pub fn regions(&self, zoom: u8, margin_px: f64) -> Result<Vec<Region>, ExportError> {
-        let region = |piece: &CorridorPiece| {
+    pub fn regions(&self, zoom: u8, margin_px: f64) -> impl Iterator<Item = Result<Region, ExportError>> + '_ {
+        let region = move |piece: &CorridorPiece| {
             let gsd = gsd_at(piece.middle, zoom);
             let margin_m = margin_px * PIXEL_SLACK * gsd.east_m_per_px.max(gsd.north_m_per_px);
             let half_m = piece.half_width_m + margin_m;
@@ -106,7 +114,7 @@ impl Corridor {
             let image = ImageOnGround { across_m, along_m, heading_rad: piece.heading_rad };
             Ok(Region::new(piece.middle, image, Uncertainty::Sequential { inaccuracy_m: 0.0, drift_m: 0.0 })?)
         };
-        self.pieces.iter().map(region).collect()
+        self.pieces.iter().map(region)
     }
 }
 
@@ -119,6 +127,11 @@ pub(super) fn half_width_m(width: &CorridorWidth, way_m: f64) -> Result<f64, Exp
     let half_width_m = width.half_width_m + added_m;
     let is_valid = width.half_width_m > 0.0 && half_width_m <= MAX_HALF_WIDTH_M;
     if is_valid { Ok(half_width_m) } else { Err(ExportError::CorridorWidth { half_width_m, most_m: MAX_HALF_WIDTH_M }) }
+}
+
+/// The number of rectangles along a leg.
+fn piece_count(leg: Geodesic) -> f64 {
+    (leg.distance_m / MAX_PIECE_M).ceil().max(1.0)
 }
 
 /// Returns the piece of a leg whose middle lies `middle_m` from the leg's start.
@@ -167,7 +180,7 @@ mod tests {
             let Ok(point) = destination(on, Geodesic { distance_m: w * off, azimuth_rad: bearing }) else { return Ok(()) };
             let Ok(MercatorPoint { x_m, y_m }) = MercatorPoint::from_geodetic(point) else { return Ok(()) };
             let dot = MercatorBounds { min_x_m: x_m - 1e-3, min_y_m: y_m - 1e-3, max_x_m: x_m + 1e-3, max_y_m: y_m + 1e-3 };
-            prop_assert!(corridor.regions(14, 0.0).unwrap().iter().any(|r| r.meets(&dot)));
+            prop_assert!(corridor.regions(14, 0.0).any(|r| r.unwrap().meets(&dot)));
         }
     }
 
@@ -177,7 +190,7 @@ mod tests {
         let corridor =
             Corridor::along(std::slice::from_ref(&route), &CorridorWidth { half_width_m: 1500.0, drift: None })
                 .unwrap();
-        let regions = corridor.regions(14, 0.0).unwrap();
+        let regions: Vec<Region> = corridor.regions(14, 0.0).collect::<Result<_, _>>().unwrap();
         let start = route.points()[0];
         for step in 0..400 {
             // Past the start, and a little more than a corner's distance off.
@@ -205,6 +218,17 @@ mod tests {
         let drift_m = 0.1 * 100.0 / p.relative_s;
         let expected_m = (210.0 + drift_m).hypot(160.0 + drift_m) + past_m;
         assert!((drift.added_m(3000.0).unwrap() - expected_m).abs() < 1e-6);
+    }
+
+    #[test]
+    fn refuses_a_route_that_would_take_hours() {
+        // 600 positions, from side to side of the earth: 6 million pieces.
+        let positions: Vec<[f64; 2]> = (0..600).map(|i| [f64::from(i % 2) * 179.0, f64::from(i) * 0.01]).collect();
+        let zigzag = serde_json::json!({"type": "LineString", "coordinates": positions});
+        let routes = crate::plan::parse_routes(&zigzag.to_string()).unwrap();
+        let refused = Corridor::along(&routes, &CorridorWidth { half_width_m: 1000.0, drift: None }).unwrap_err();
+        assert_eq!(refused.code(), "route_too_long");
+        assert!(refused.to_string().contains("km"), "{refused}");
     }
 
     #[test]

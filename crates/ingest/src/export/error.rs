@@ -34,6 +34,27 @@ pub enum ExportError {
         /// The limit, metres.
         most_m: f64,
     },
+    /// A route of too many or too long legs.
+    #[error(
+        "a route of {:.0} km in {pieces} pieces: at most {most} pieces of 2 km, or legs, are compared with the map",
+        length_m / 1e3
+    )]
+    RouteTooLong {
+        /// Length of all routes, metres.
+        length_m: f64,
+        /// Rectangles of their corridor.
+        pieces: u64,
+        /// The limit.
+        most: u64,
+    },
+    /// A corridor that meets the same tiles over and over.
+    #[error("{path}: the corridor was compared with {most} tiles, one by one, and is not done", path = path.display())]
+    TooManyComparisons {
+        /// The store.
+        path: PathBuf,
+        /// The limit.
+        most: u64,
+    },
     /// The map does not reach the route.
     #[error("{path}: no tile meets the corridor", path = path.display())]
     NothingInCorridor {
@@ -60,6 +81,8 @@ impl ExportError {
             Self::Store(e) => e.code(),
             Self::Package(e) => e.code(),
             Self::CorridorWidth { .. } => "corridor_width",
+            Self::RouteTooLong { .. } => "route_too_long",
+            Self::TooManyComparisons { .. } => "too_many_comparisons",
             Self::NothingInCorridor { .. } => "no_tile_in_corridor",
             Self::TooLarge { .. } => "too_large",
         }
@@ -69,8 +92,8 @@ impl ExportError {
     pub fn remedy(&self) -> Option<Remedy> {
         match self {
             Self::Plan(e) => e.remedy(),
-            Self::NothingInCorridor { .. } => Some(Remedy::CheckRoute),
-            Self::TooLarge { .. } => Some(Remedy::ReduceExport),
+            Self::NothingInCorridor { .. } | Self::RouteTooLong { .. } => Some(Remedy::CheckRoute),
+            Self::TooLarge { .. } | Self::TooManyComparisons { .. } => Some(Remedy::ReduceExport),
             Self::Coupling(_) | Self::Region(_) | Self::CorridorWidth { .. } => None,
             Self::Store(_) | Self::Package(_) => None,
         }

@@ -11,11 +11,15 @@ use std::collections::BTreeSet;
 /// of windows and their borders), and some for rounding.
 const MARGIN_PX: f64 = 40.0;
 
+/// The most tiles of one level that the pieces of a corridor are compared with, counting each tile once for each piece: about half a
+/// minute.
+const MOST_COMPARISONS: u64 = 50_000_000;
+
 /// Returns the tiles of one level that a search within the corridor reads: those that meet the widened corridor, and the
 /// eight around each, because a tile is described together with its neighbours' edges.
 ///
 /// # Errors
-/// [`ExportError`] where the store cannot be read or the route leaves the tile matrix.
+/// [`ExportError`] where the store cannot be read, the route leaves the tile matrix, or the corridor takes too many comparisons.
 pub fn tiles_of_level(
     store: &Reader,
     layer: &Layer,
@@ -23,8 +27,15 @@ pub fn tiles_of_level(
     corridor: &Corridor,
 ) -> Result<BTreeSet<TileId>, ExportError> {
     let mut met = BTreeSet::new();
-    for region in corridor.regions(zoom, MARGIN_PX)? {
-        for footprint in store.footprints_in(layer, zoom, &region.mercator_bounds())? {
+    let mut comparisons = 0;
+    for region in corridor.regions(zoom, MARGIN_PX) {
+        let region = region?;
+        let footprints = store.footprints_in(layer, zoom, &region.mercator_bounds())?;
+        comparisons += footprints.len() as u64;
+        if comparisons > MOST_COMPARISONS {
+            return Err(ExportError::TooManyComparisons { path: store.path().into(), most: MOST_COMPARISONS });
+        }
+        for footprint in footprints {
             if !met.contains(&footprint.tile) && region.meets(&footprint.tile.mercator_bounds()) {
                 met.insert(footprint.tile);
             }

@@ -1,7 +1,46 @@
 //! Parsing the lines of a GeoJSON text (RFC 7946).
+//!
+//! Only what makes a line is kept: no text takes much more memory than it has bytes, whatever it holds.
 
 use overfly_core::geodesy::Geodetic;
-use serde_json::Value;
+use serde::de::{Deserializer, IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, de};
+use serde_json::value::RawValue;
+use std::borrow::Cow;
+use std::fmt;
+
+/// A LineString, MultiLineString, Feature or FeatureCollection.
+#[derive(Deserialize)]
+struct Document<'a> {
+    #[serde(borrow, rename = "type")]
+    kind: Option<Cow<'a, str>>,
+    #[serde(borrow)]
+    features: Option<Vec<Feature<'a>>>,
+    #[serde(borrow)]
+    geometry: Option<Geometry<'a>>,
+    #[serde(borrow)]
+    coordinates: Option<&'a RawValue>,
+}
+
+#[derive(Deserialize)]
+struct Feature<'a> {
+    #[serde(borrow)]
+    geometry: Option<Geometry<'a>>,
+}
+
+#[derive(Deserialize, Default)]
+struct Geometry<'a> {
+    #[serde(borrow, rename = "type")]
+    kind: Option<Cow<'a, str>>,
+    #[serde(borrow)]
+    coordinates: Option<&'a RawValue>,
+}
+
+/// Longitude and latitude, degrees; what follows them is ignored.
+struct Position {
+    longitude_deg: f64,
+    latitude_deg: f64,
+}
 
 /// Returns every line of a LineString, MultiLineString, Feature or FeatureCollection, in order. Points in a collection are
 /// ignored: they mark places.
@@ -9,41 +48,74 @@ use serde_json::Value;
 /// # Errors
 /// What is wrong with the text, for people.
 pub(super) fn lines(text: &str) -> Result<Vec<Vec<Geodetic>>, String> {
-    let json: Value = serde_json::from_str(text).map_err(|e| e.to_string())?;
-    let lines = match json["type"].as_str() {
+    let Document { kind, features, geometry, coordinates } = serde_json::from_str(text).map_err(|e| e.to_string())?;
+    let lines = match kind.as_deref() {
         Some("FeatureCollection") => {
-            let features = json["features"].as_array().ok_or("a collection without features")?;
-            let marks = |f: &&Value| matches!(f["geometry"]["type"].as_str(), Some("Point" | "MultiPoint"));
-            let lines = features.iter().filter(|f| !marks(f)).map(|f| lines_of_geometry(&f["geometry"]));
+            let features = features.ok_or("a collection without features")?;
+            let geometries = features.into_iter().map(|f| f.geometry.unwrap_or_default());
+            let lines = geometries.filter(|g| !g.is_mark()).map(|g| g.lines());
             lines.collect::<Result<Vec<_>, _>>()?.concat()
         }
-        Some("Feature") => lines_of_geometry(&json["geometry"])?,
-        _ => lines_of_geometry(&json)?,
+        Some("Feature") => geometry.unwrap_or_default().lines()?,
+        _ => Geometry { kind, coordinates }.lines()?,
     };
     if lines.is_empty() { Err("no line in it".into()) } else { Ok(lines) }
 }
 
-fn lines_of_geometry(geometry: &Value) -> Result<Vec<Vec<Geodetic>>, String> {
-    match geometry["type"].as_str() {
-        Some("LineString") => Ok(vec![line(&geometry["coordinates"])?]),
-        Some("MultiLineString") => {
-            let lines = geometry["coordinates"].as_array().ok_or("the MultiLineString has no coordinates")?;
-            lines.iter().map(line).collect()
+impl Geometry<'_> {
+    fn is_mark(&self) -> bool {
+        matches!(self.kind.as_deref(), Some("Point" | "MultiPoint"))
+    }
+
+    fn lines(&self) -> Result<Vec<Vec<Geodetic>>, String> {
+        match self.kind.as_deref() {
+            Some("LineString") => {
+                let coordinates = self.coordinates.ok_or("the LineString has no coordinates")?;
+                Ok(vec![line(coordinates)?])
+            }
+            Some("MultiLineString") => {
+                let lines = self.coordinates.and_then(members).ok_or("the MultiLineString has no coordinates")?;
+                lines.into_iter().map(line).collect()
+            }
+            Some(other) => Err(format!("a {other}")),
+            None => Err("it has no GeoJSON type".into()),
         }
-        Some(other) => Err(format!("a {other}")),
-        None => Err("it has no GeoJSON type".into()),
     }
 }
 
-fn line(coordinates: &Value) -> Result<Vec<Geodetic>, String> {
-    let coordinates = coordinates.as_array().ok_or("the LineString has no coordinates")?;
-    coordinates.iter().enumerate().map(|(index, c)| position(index, c)).collect()
+/// The members of a list, as they stand in the text.
+fn members(list: &RawValue) -> Option<Vec<&RawValue>> {
+    serde_json::from_str(list.get()).ok()
 }
 
-fn position(index: usize, coordinates: &Value) -> Result<Geodetic, String> {
-    let number = |k: usize| coordinates.get(k).and_then(Value::as_f64);
-    let (Some(longitude_deg), Some(latitude_deg)) = (number(0), number(1)) else {
-        return Err(format!("position {index} is not [longitude, latitude]"));
-    };
+fn line(coordinates: &RawValue) -> Result<Vec<Geodetic>, String> {
+    let positions = members(coordinates).ok_or("the LineString has no coordinates")?;
+    positions.iter().enumerate().map(|(index, position)| geodetic(index, position)).collect()
+}
+
+fn geodetic(index: usize, position: &RawValue) -> Result<Geodetic, String> {
+    let Position { longitude_deg, latitude_deg } = serde_json::from_str(position.get())
+        .map_err(|_| format!("position {index} is not [longitude, latitude]"))?;
     Geodetic::from_degrees(latitude_deg, longitude_deg).map_err(|e| format!("position {index}: {e}"))
+}
+
+impl<'de> Deserialize<'de> for Position {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PositionVisitor;
+        impl<'de> Visitor<'de> for PositionVisitor {
+            type Value = Position;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("[longitude, latitude]")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Position, A::Error> {
+                let mut next = || list.next_element::<f64>()?.ok_or_else(|| de::Error::invalid_length(1, &"two numbers"));
+                let (longitude_deg, latitude_deg) = (next()?, next()?);
+                while list.next_element::<IgnoredAny>()?.is_some() {}
+                Ok(Position { longitude_deg, latitude_deg })
+            }
+        }
+        deserializer.deserialize_seq(PositionVisitor)
+    }
 }
