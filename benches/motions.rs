@@ -60,7 +60,7 @@ fn main() {
     group.bench_function("describe_frame", |bench| bench.iter(|| describe_frame(black_box(&a), &options)));
     group.bench_function("match_mutual", |bench| bench.iter(|| match_mutual(black_box(&of_a), &of_b, 0.95)));
     group.bench_function("consensus", |bench| bench.iter(|| find_consensus(black_box(&matches), &frames, (0.4, 2.5))));
-    group.bench_function("align", |bench| bench.iter(|| align(black_box(&a), &b, &start, centre)));
+    group.bench_function("align", |bench| bench.iter(|| align(black_box(&a), &b, &start, centre, false)));
     group.bench_function("register", |bench| bench.iter(|| register(black_box(&a), &b, &MotionPrior::default())));
     group.finish();
     criterion.final_summary();

@@ -74,7 +74,7 @@ pub(super) async fn get(
 ) -> Result<Json<CandidatesJson>, ServerError> {
     let query = parameters(&Query::read(raw.as_deref(), PARAMETERS)?)?.query()?;
     let (store, residents) = (state.store.clone(), state.residents.clone());
-    let found = state.work.run(WorkClass::Query, move || residents.candidates(&store, &query)).await??;
+    let found = state.work.run(WorkClass::Short, move || residents.candidates(&store, &query)).await??;
     Ok(Json(found.into()))
 }
 

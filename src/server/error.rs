@@ -45,6 +45,8 @@ pub(super) enum ServerError {
     NotReady { code: &'static str, reason: String },
     #[error("too many uploads are in progress: try again")]
     Busy,
+    #[error("all connections are taken: only /healthz, /readyz and /v1/candidates are answered; try again")]
+    Crowded,
     #[error("another export is being written: try again when it is finished")]
     Exporting,
     #[error("no such export; POST /v1/exports begins one")]
@@ -94,7 +96,7 @@ impl ServerError {
             Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
             Self::Export(failure) => failure.status,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Busy | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
+            Self::Busy | Self::Crowded | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
                 StatusCode::SERVICE_UNAVAILABLE
             }
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
@@ -120,7 +122,7 @@ impl ServerError {
             Self::Path(_) => "path",
             Self::NoRoute => "no_such_route",
             Self::Method => "method_not_allowed",
-            Self::Busy | Self::Exporting => "busy",
+            Self::Busy | Self::Crowded | Self::Exporting => "busy",
             Self::NoExport => "no_such_export",
             Self::Export(failure) => failure.code,
             Self::NotReady { code, .. } => code,

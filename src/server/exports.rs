@@ -1,5 +1,6 @@
 //! `POST /v1/exports`, `GET /v1/exports/{id}`: cuts out what one flight needs, for the aircraft's storage. On the ground only.
 
+use super::body::WholeBody;
 use super::dto::{ExportParameters, ExportProgress};
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
@@ -10,10 +11,12 @@ use super::problem::Problem;
 use super::range::RequestedRange;
 use super::service::Service;
 use super::state::ServiceState;
-use axum::extract::rejection::{JsonRejection, PathRejection};
+use super::work::WorkClass;
+use axum::body::Body;
+use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Request, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
-use axum::http::{HeaderValue, StatusCode};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use overfly_ingest::export::ExportRequest;
@@ -27,6 +30,9 @@ use utoipa_axum::routes;
 
 /// The media type of GeoPackages (IANA).
 const GEOPACKAGE: &str = "application/geopackage+sqlite3";
+
+/// Largest request: a route of 200,000 positions.
+const MOST_BYTES: usize = 12 << 20;
 
 /// The exports of this service; `None` if no temporary folder could be made for them.
 type Jobs = Extension<Option<Arc<ExportJobs>>>;
@@ -58,14 +64,12 @@ pub(super) async fn post(
     State(state): State<ServiceState>,
     jobs: Jobs,
     _: NoQuery,
-    body: Result<Json<ExportParameters>, JsonRejection>,
+    headers: HeaderMap,
+    body: Body,
 ) -> Result<Response, ServerError> {
-    let limit_bytes = state.limits.body_bytes;
-    let Json(parameters) = body.map_err(|e| match e.status() {
-        StatusCode::PAYLOAD_TOO_LARGE => FormError::TooLarge { limit_bytes },
-        _ => FormError::NotJson { name: "body", reason: e.body_text() },
-    })?;
-    let request = request(&parameters)?;
+    let body = WholeBody::read_json(&state, &headers, body, MOST_BYTES).await?;
+    let parsed = state.work.run(WorkClass::Parsing, move || parse(&body.bytes)).await?;
+    let (parameters, request) = parsed?;
     for name in &parameters.layers {
         state.store.layer(name)?;
     }
@@ -147,9 +151,17 @@ fn beyond(len: u64) -> Response {
     response
 }
 
+/// Parses a body: what was asked, and what the library is to do.
+fn parse(body: &[u8]) -> Result<(ExportParameters, ExportRequest), ServerError> {
+    let parameters: ExportParameters =
+        serde_json::from_slice(body).map_err(|e| FormError::NotJson { name: "body", reason: e.to_string() })?;
+    let request = request(&parameters)?;
+    Ok((parameters, request))
+}
+
 fn request(parameters: &ExportParameters) -> Result<ExportRequest, ServerError> {
     let wrong = |name, reason: String| ServerError::Parameter { name, reason };
-    let routes = parse_routes(&parameters.route.to_string()).map_err(|reason| wrong("route", reason))?;
+    let routes = parse_routes(parameters.route.get()).map_err(|reason| wrong("route", reason))?;
     if !(parameters.corridor_m.is_finite() && parameters.corridor_m > 0.0) {
         return Err(wrong("corridor_m", "expected metres, more than 0".into()));
     }

@@ -6,11 +6,14 @@
 //! Layers, digest and indexes are read once, at the start. If the finished layers of the store change afterwards, or its file is
 //! replaced or removed, every request answers 503 `store_changed` until the service is started again. If the head of a request is
 //! malformed or too large, the HTTP library answers 400, 414 or 431 without a body, before any route. A connection is closed if the
-//! head of a request takes longer than 15 s or if the connection is idle for that long. A fix is cancelled when nobody waits for it
+//! head of a request takes longer than 15 s, if the connection is idle for that long, or if a reader takes nothing for 30 s. While all
+//! places are taken, `/healthz`, `/readyz` and candidates are answered on reserved ones. A fix is cancelled when nobody waits for it
 //! any more.
 //!
 //! Without the feature `preflight` there are no exports: `no_exports` stands in for `exports`.
 
+#[cfg(feature = "preflight")]
+mod body;
 mod candidates;
 mod catalogue;
 mod connections;

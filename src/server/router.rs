@@ -6,12 +6,13 @@ use super::problem::{PROBLEM_JSON, Problem};
 use super::state::ServiceState;
 use super::work::WorkClass;
 use super::{candidates, catalogue, exports, fixes, motions, operations, page, tiles};
+use axum::Router;
+use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use axum::{Json, Router};
 use tower_http::catch_panic::CatchPanicLayer;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
@@ -56,8 +57,10 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(operations::healthz))
         .routes(routes!(operations::metrics));
     let (router, api) = routes.split_for_parts();
+    // Written once: a client may ask for it over and over.
+    let api = Bytes::from(serde_json::to_vec(&api).expect("the description serialises"));
     let with_pages = router
-        .route("/openapi.json", get(move || async move { Json(api) }))
+        .route("/openapi.json", get(move || async move { ([(CONTENT_TYPE, "application/json")], api) }))
         .route("/", get(page::index))
         .route("/page/{file}", get(page::part))
         .fallback(|| async { ServerError::NoRoute })
@@ -80,7 +83,7 @@ fn surrounded(router: Router<ServiceState>, state: ServiceState) -> Router {
 /// that mixes two stores would be wrong.
 async fn same_store(State(state): State<ServiceState>, request: Request, next: Next) -> Result<Response, ServerError> {
     let store = state.store.clone();
-    state.work.run(WorkClass::Query, move || store.check_unchanged()).await??;
+    state.work.run(WorkClass::Short, move || store.check_unchanged()).await??;
     Ok(next.run(request).await)
 }
 

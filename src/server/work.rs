@@ -10,11 +10,20 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 /// A class of work, with a concurrency limit of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WorkClass {
+    /// Takes milliseconds whatever is asked: candidates, and the check that the file is the one that was opened. Its places are its
+    /// own, so that neither tiles nor coverage can delay an aircraft's search.
+    Short,
     /// Reads the store: takes milliseconds, rarely a second.
     Query,
+    /// Parses a large body.
+    #[cfg(feature = "preflight")]
+    Parsing,
     /// Decodes and registers images.
     Registration,
 }
+
+/// Most short jobs at the same time.
+const SHORT: usize = 4;
 
 /// Cancels a job when it is dropped: when the time limit is reached or the caller is gone.
 struct CancelOnDrop(CancellationToken);
@@ -28,7 +37,10 @@ impl Drop for CancelOnDrop {
 /// Concurrency limits per class of work.
 #[derive(Debug, Clone)]
 pub(super) struct Work {
+    short: Arc<Semaphore>,
     questions: Arc<Semaphore>,
+    #[cfg(feature = "preflight")]
+    parsing: Arc<Semaphore>,
     registrations: Arc<Semaphore>,
     uploads: Arc<Semaphore>,
     /// Memory for uploads, KiB.
@@ -40,7 +52,10 @@ impl Work {
     pub(super) fn new(limits: &Limits) -> Self {
         let places = |n: usize| Arc::new(Semaphore::new(n.max(1)));
         Self {
+            short: places(SHORT),
             questions: places(limits.questions),
+            #[cfg(feature = "preflight")]
+            parsing: places(1),
             registrations: places(limits.registrations),
             uploads: places(limits.uploads),
             uploads_room: places(kib(limits.uploads_bytes) as usize),
@@ -73,7 +88,10 @@ impl Work {
         let cancellation = CancellationToken::new();
         let _cancel_on_drop = CancelOnDrop(cancellation.clone());
         let places = match class {
+            WorkClass::Short => &self.short,
             WorkClass::Query => &self.questions,
+            #[cfg(feature = "preflight")]
+            WorkClass::Parsing => &self.parsing,
             WorkClass::Registration => &self.registrations,
         };
         let outcome = tokio::time::timeout(self.time, async {

@@ -28,6 +28,7 @@ mod needs;
 mod negatives;
 mod onboard;
 mod orthophotos;
+mod overload;
 mod patch;
 mod pictures;
 mod plan;

@@ -1,6 +1,7 @@
 //! `ExportParameters` and `ExportProgress`: what an export is asked, and its progress.
 
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 use utoipa::ToSchema;
 
 /// What to export, with the options of `overfly export`.
@@ -9,7 +10,7 @@ use utoipa::ToSchema;
 pub(crate) struct ExportParameters {
     /// GeoJSON with LineStrings, longitude first: the planned route, then its alternates.
     #[schema(value_type = Object)]
-    pub route: serde_json::Value,
+    pub route: Box<RawValue>,
     /// W: the corridor on each side of the route, metres.
     #[schema(example = 1500.0)]
     pub corridor_m: f64,

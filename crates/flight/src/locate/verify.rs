@@ -9,7 +9,7 @@ use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
 use super::refine::RefinedPlace;
 use super::refusal::Refusal;
-use super::rivals::{LEAST_T_SCORE, RivalSearch, near_maxima};
+use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalSearch, near_maxima};
 use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
@@ -198,9 +198,11 @@ impl Verifier<'_> {
                 * gsd_at(self.prepared.centre, place.zoom).mean_m_per_px();
             let turn_deg = wrap_turn_rad(rival.pose.heading_rad - place.heading_rad).to_degrees();
             let detail = format!(
-                "a place {away_m:.0} m away, turned by {turn_deg:.0} degrees, fits almost as well: the best is better by {:.1} standard errors over the {:.0} % of the ground that both show, {LEAST_T_SCORE} needed",
+                "a place {away_m:.0} m away, turned by {turn_deg:.0} degrees, fits almost as well: the best is better by {:.1} standard errors over the {:.0} % of the ground that both show ({LEAST_T_SCORE} needed), and is a rival's with a probability of {:.1} % ({:.1} % allowed)",
                 rival.difference.t_score(),
-                100.0 * rival.difference.overlap
+                100.0 * rival.difference.overlap,
+                100.0 * best.alias_probability,
+                100.0 * MOST_ALIAS_PROBABILITY
             );
             Refusal::new(Reason::Ambiguous, detail)
         }))

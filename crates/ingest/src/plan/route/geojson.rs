@@ -94,8 +94,8 @@ fn line(coordinates: &RawValue) -> Result<Vec<Geodetic>, String> {
 }
 
 fn geodetic(index: usize, position: &RawValue) -> Result<Geodetic, String> {
-    let Position { longitude_deg, latitude_deg } = serde_json::from_str(position.get())
-        .map_err(|_| format!("position {index} is not [longitude, latitude]"))?;
+    let Position { longitude_deg, latitude_deg } =
+        serde_json::from_str(position.get()).map_err(|_| format!("position {index} is not [longitude, latitude]"))?;
     Geodetic::from_degrees(latitude_deg, longitude_deg).map_err(|e| format!("position {index}: {e}"))
 }
 
@@ -110,7 +110,8 @@ impl<'de> Deserialize<'de> for Position {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Position, A::Error> {
-                let mut next = || list.next_element::<f64>()?.ok_or_else(|| de::Error::invalid_length(1, &"two numbers"));
+                let mut next =
+                    || list.next_element::<f64>()?.ok_or_else(|| de::Error::invalid_length(1, &"two numbers"));
                 let (longitude_deg, latitude_deg) = (next()?, next()?);
                 while list.next_element::<IgnoredAny>()?.is_some() {}
                 Ok(Position { longitude_deg, latitude_deg })

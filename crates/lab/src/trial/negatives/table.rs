@@ -26,6 +26,7 @@ struct NegativeRow<'a> {
     error_m: Option<Decimals<3>>,
     score: Option<Decimals<4>>,
     log10_false_alarms: Option<Decimals<4>>,
+    false_fix_probability: Option<Shortest>,
     elapsed_ms: Option<Decimals<3>>,
 }
 
@@ -43,9 +44,9 @@ impl<'a> NegativeRow<'a> {
             ..Self::default()
         };
         let Some(search) = &o.search else { return skipped };
-        let (status, reason, score) = match &search.answer {
-            Answer::Fix(fix) => ("fix", None, Some(fix.score)),
-            Answer::NoFix(no_fix) => ("no_fix", Some(no_fix.reason), no_fix.score),
+        let (status, reason, score, probability) = match &search.answer {
+            Answer::Fix(fix) => ("fix", None, Some(fix.score), Some(Shortest(fix.false_fix_probability))),
+            Answer::NoFix(no_fix) => ("no_fix", Some(no_fix.reason), no_fix.score, None),
         };
         Self {
             prior_latitude_deg: Some(Decimals(search.prior.latitude_deg())),
@@ -56,6 +57,7 @@ impl<'a> NegativeRow<'a> {
             error_m: o.error_m().map(Decimals),
             score: score.map(Decimals),
             log10_false_alarms: o.log10_false_alarms().map(Decimals),
+            false_fix_probability: probability,
             elapsed_ms: Some(Decimals(search.elapsed_ms)),
             ..skipped
         }
@@ -87,12 +89,12 @@ mod tests {
         ];
         let csv = csv_text(outcomes.iter().map(NegativeRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,score,log10_false_alarms,elapsed_ms";
+        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,score,log10_false_alarms,false_fix_probability,elapsed_ms";
         assert_eq!(lines[0], header);
         assert_eq!(
             lines[1],
-            "0,noise,1,a.png,,,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,,-2.5000,30.000"
+            "0,noise,1,a.png,,,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,,-2.5000,,30.000"
         );
-        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,");
+        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,,");
     }
 }
