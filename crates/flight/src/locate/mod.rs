@@ -20,6 +20,7 @@ mod hypotheses;
 mod levels;
 mod locate_frame;
 mod map;
+mod near_maxima;
 mod observation;
 mod parameters;
 mod place_estimate;

@@ -11,6 +11,7 @@ use super::coarse_search::{BLOCK_PX, surface_of};
 use super::error::LocateError;
 use super::hypotheses::Hypothesis;
 use super::map::Map;
+use super::near_maxima::{NEAR_PX, OWN_PEAK_PX, RIVAL_SHARE, local_maxima, maximum_around, near_maxima};
 use super::observation::Observation;
 use super::prepare::PreparedFrame;
 use super::search_context::SearchContext;
@@ -18,7 +19,6 @@ use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario::log10_alias_probability;
 use overfly_core::registration::paired_comparison::{PairedDifference, PlacedProducts, Placement};
 use overfly_core::registration::self_similarity::self_similarity;
-use overfly_core::registration::view_statistic::ViewStatistic;
 use overfly_core::tile::WorldPixel;
 use overfly_store::StoreError;
 
@@ -28,13 +28,8 @@ pub const LEAST_T_SCORE: f64 = 4.0;
 /// A place is no fix where it is that of a rival with more than this probability: many rivals, or few blocks. The one false fix of
 /// 17,000 searches over ground that repeats itself stated 0.0075, the most doubtful right fix of the demo's flight 0.0057.
 pub const MOST_ALIAS_PROBABILITY: f64 = 0.006;
-/// A maximum below this share of the place's T is no rival.
-const RIVAL_SHARE: f64 = 0.4;
 /// Rivals taken from the correlation surface under the place's own heading and scale.
 const SURFACE_RIVALS: usize = 12;
-/// Maxima nearer than this to the place belong to its own peak, pixels. A lattice of 4 px, the finest that structure resolves, has its
-/// next maximum beyond.
-const OWN_PEAK_PX: f64 = 3.4;
 /// The same for a place under another heading or scale: where those are slightly wrong, the peak lies beside its place.
 const OWN_PEAK_TURNED_PX: f64 = 5.0;
 /// A maximum is the highest within this many pixels.
@@ -44,17 +39,6 @@ const LEAST_OVERLAP: f64 = 0.3;
 /// Places correlated at most, pixels; beyond, a coarser level is taken. A lattice too fine for that level repeats within the square
 /// that is compared around the place on every finer level.
 const MAX_PLACES: f64 = 2e5;
-/// Half edge of the square around the place that is compared on every level, pixels.
-const NEAR_PX: isize = 12;
-/// Step of that comparison, pixels.
-const NEAR_STEP_PX: isize = 2;
-/// Rows of the view that one compared row stands for.
-const NEAR_ROW_STEP: usize = 2;
-/// On that grid a rival may lie a pixel off its maximum, which costs it up to this share of its T.
-const NEAR_SHARE: f64 = 0.7 * RIVAL_SHARE;
-/// Rivals taken from the surroundings of the place on one level: all of a lattice of 4 px that lie within the square, for a coarser level
-/// may tell the place from all but its neighbour. Real ground has one or two.
-const NEAR_RIVALS: usize = 24;
 /// The rest of the area is not compared where the place has at least this z-score...
 const CLEAR_Z_SCORE: f64 = 8.0;
 /// ... and the second peak of the coarse search is at most this share of the first.
@@ -311,69 +295,6 @@ impl RivalSearch<'_> {
     }
 }
 
-/// The offsets of the maxima of T around the pose of an observation, apart from its own peak, pixels. The map must reach
-/// [`NEAR_PX`] beyond the view.
-pub fn near_maxima(observation: &Observation) -> Vec<[f64; 2]> {
-    let statistic = ViewStatistic::from_rows(&observation.view_structure, NEAR_ROW_STEP);
-    let steps = NEAR_PX / NEAR_STEP_PX;
-    let width = (2 * steps + 1) as usize;
-    let offset = |i: usize| [(i % width) as isize - steps, (i / width) as isize - steps].map(|k| k * NEAR_STEP_PX);
-    let at = |offset: [isize; 2]| {
-        let corner = offset.map(|d| (d + observation.margin_px as isize) as usize);
-        statistic.at(&observation.map_structure, corner).unwrap_or(0.0) as f32
-    };
-    let values: Vec<f32> = (0..width * width).map(|i| at(offset(i))).collect();
-    let highest = values[width * width / 2];
-    let mut maxima: Vec<(f32, [f64; 2])> = local_maxima(&values, width, 1)
-        .into_iter()
-        .map(|([x, y], value)| (value, offset(y * width + x).map(|d| d as f64)))
-        .filter(|(value, [dx, dy])| *value >= NEAR_SHARE as f32 * highest && dx.hypot(*dy) >= OWN_PEAK_PX)
-        .collect();
-    maxima.sort_by(|a, b| b.0.total_cmp(&a.0));
-    maxima.truncate(NEAR_RIVALS);
-    maxima.into_iter().map(|(_, offset)| offset).collect()
-}
-
-/// A maximum on whole pixels, and the vertex of the parabolas through its neighbours.
-struct Maximum {
-    value: f64,
-    vertex: [f64; 2],
-    /// The value at the vertex.
-    vertex_value: f64,
-}
-
-/// The highest T of an observation within `reach` pixels of its pose, and its offset.
-fn maximum_around(observation: &Observation, reach: usize) -> Option<([isize; 2], Maximum)> {
-    let statistic = ViewStatistic::new(&observation.view_structure);
-    let (reach, margin) = (reach as isize, observation.margin_px as isize);
-    let at = |[dx, dy]: [isize; 2]| {
-        let corner = [(dx + margin) as usize, (dy + margin) as usize];
-        statistic.at(&observation.map_structure, corner)
-    };
-    let offsets = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy]));
-    let values = offsets.filter_map(|offset| Some((offset, at(offset)?)));
-    let (offset, value) = values.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-    let [along, across] = [[1, 0], [0, 1]].map(|step: [isize; 2]| {
-        let beside = |sign: isize| at([offset[0] + sign * step[0], offset[1] + sign * step[1]]);
-        let (Some(before), Some(after)) = (beside(-1), beside(1)) else { return [0.0; 2] };
-        let (slope, bend) = (0.5 * (after - before), before - 2.0 * value + after);
-        if bend < 0.0 { [(-slope / bend).clamp(-0.5, 0.5), -0.5 * slope * slope / bend] } else { [0.0; 2] }
-    });
-    let vertex_value = value + along[1] + across[1];
-    Some((offset, Maximum { value, vertex: [along[0], across[0]], vertex_value }))
-}
-
-/// The local maxima of a surface, each the highest within `radius` samples: column, row and value.
-fn local_maxima(values: &[f32], width: usize, radius: usize) -> Vec<([usize; 2], f32)> {
-    let height = values.len() / width.max(1);
-    let span = |at: usize, extent: usize| at.saturating_sub(radius)..(at + radius + 1).min(extent);
-    let is_maximum = |x: usize, y: usize, value: f32| {
-        span(y, height).all(|j| values[j * width..][span(x, width)].iter().all(|other| *other <= value))
-    };
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| ([x, y], values[y * width + x])));
-    places.filter(|&([x, y], value)| value > 0.0 && is_maximum(x, y, value)).collect()
-}
-
 /// Whether a place stands so clear of all others in the coarse search that only its surroundings can hold a rival.
 fn is_clear(z_score: f64, coarse: &CoarsePeaks) -> bool {
     let statistic = |i: usize| coarse.peaks.get(i).map_or(0.0, |p| p.statistic);
@@ -406,21 +327,6 @@ fn is_same_place(a: &CameraPose, b: &CameraPose) -> bool {
 mod tests {
     use super::super::coarse_peaks::CoarsePeak;
     use super::*;
-
-    #[test]
-    fn a_local_maximum_is_the_highest_within_its_radius() {
-        let mut values = vec![0.1f32; 9 * 7];
-        values[2 * 9 + 2] = 1.0;
-        values[3 * 9 + 4] = 0.8;
-        values[5 * 9 + 7] = 0.5;
-        let found = |radius| {
-            let mut maxima: Vec<_> = local_maxima(&values, 9, radius).into_iter().filter(|m| m.1 > 0.2).collect();
-            maxima.sort_by(|a, b| b.1.total_cmp(&a.1));
-            maxima.into_iter().map(|(at, _)| at).collect::<Vec<_>>()
-        };
-        assert_eq!(found(1), [[2, 2], [4, 3], [7, 5]]);
-        assert_eq!(found(2), [[2, 2], [7, 5]]);
-    }
 
     fn peaks(statistics: &[f64]) -> CoarsePeaks {
         let pose =
