@@ -113,11 +113,16 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// A view of 90 x 70 px of blobs that repeat after `period` columns, with noise.
+    /// A view of 90 x 70 px of discs at random places that repeat after `period` columns, with noise.
     fn view(period: usize) -> Structure {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let blobs: Vec<f32> = (0..40 * 20).map(|_| rng.random_range(0.0..200.0)).collect();
-        let value = |x: usize, y: usize| blobs[(y / 6) * 40 + (x % period) / 6];
+        let mut draw = |most: f64| rng.random_range(0.0..most);
+        let discs: Vec<[f64; 4]> = (0..150).map(|_| [draw(240.0), draw(70.0), 3.0 + draw(6.0), draw(120.0)]).collect();
+        let value = |x: usize, y: usize| {
+            let (x, y) = ((x % period) as f64, y as f64);
+            let covers = |d: &&[f64; 4]| (x - d[0]).hypot(y - d[1]) < d[2];
+            discs.iter().filter(covers).map(|d| d[3]).sum::<f64>() as f32
+        };
         let noisy = (0..90 * 70).map(|i| value(i % 90, i / 90) + rng.random_range(0.0..20.0)).collect();
         Structure::new(&Gray::from_values(90, 70, noisy).unwrap(), &Mask::filled(90, 70, true))
     }
