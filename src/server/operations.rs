@@ -28,7 +28,7 @@ pub(super) async fn readyz(State(state): State<ServiceState>) -> Result<String, 
     let store = state.store.clone();
     state
         .work
-        .run(WorkClass::Query, move || -> Result<(), ServerError> {
+        .run(WorkClass::Short, move || -> Result<(), ServerError> {
             store.check_readable()?;
             for layer in store.layers().iter().filter(|l| l.complete) {
                 store.footprints_in(layer, layer.min_zoom, &tiny_window())?;

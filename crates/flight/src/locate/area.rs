@@ -87,8 +87,11 @@ impl SearchArea {
         Self::between(zoom, [x_px - half_px, y_px - half_px], [x_px + half_px, y_px + half_px], None)
     }
 
-    /// The area's rectangle, larger by `by_px` on every side; an ellipse within is no bound any more.
+    /// The area's rectangle, larger by `by_px` (at least 0) on every side; an ellipse within is then no bound any more.
     pub fn grown(self, by_px: f64) -> Self {
+        if by_px <= 0.0 {
+            return self;
+        }
         let by = by_px.ceil() as i64;
         Self {
             left: self.left - by,

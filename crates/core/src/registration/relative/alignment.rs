@@ -51,7 +51,8 @@ const FLOOR_PX: f64 = 0.001;
 const COMPARABLE: f64 = 1.45;
 
 /// Aligns b on a from a start `a_from_b` within a pixel or two. `centre` is the centre of b, where the covariance is stated.
-/// `has_overlay`: what stands still in the image is left out, in frames of equal sizes. `None` where the overlap is too small or flat, or where the iteration diverges: then the start is the better answer.
+/// `has_overlay`: what stands still in the image is left out, in frames of equal sizes. `None` where the overlap is too small or flat,
+/// or where the iteration diverges: then the start is the better answer.
 pub fn align(a: &Gray, b: &Gray, start: &Similarity, centre: Vector2<f64>, has_overlay: bool) -> Option<Aligned> {
     let scale = start.scale();
     let halvings = |ratio: f64| if ratio > COMPARABLE { (ratio.log2().round() as u32).max(1) } else { 0 };

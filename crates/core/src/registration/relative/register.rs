@@ -37,12 +37,12 @@ pub const SCALE_BOUNDS: (f64, f64) = (0.4, 2.5);
 /// How far the logarithm of the scale found may be from that of the stated scale.
 const SCALE_SLACK: f64 = 0.15;
 
-/// So many matches that stand still, moving by less than this, pixels,
-const LEAST_STANDING: usize = 3;
+/// Matches that move by less than this, pixels,
 const STANDING_PX: f64 = 1.0;
-/// where the motion found moves them by more than this, belong to something that stands still in the image.
+/// where the motion found moves them by more than this,
 const MOVING_PX: f64 = 4.0;
-
+/// show an overlay (or dust, or a wing) where they are so many.
+const LEAST_STANDING: usize = 3;
 /// Largest squared Mahalanobis distance of alignment and consensus where something stands still: 99 % of a Gaussian's.
 const MOST_DISAGREEMENT: f64 = 9.21;
 
