@@ -1,53 +1,35 @@
-//! Bodies that are read whole, within limits of size and time, their memory reserved before it is taken.
+//! Bodies of requests: their memory is reserved before it is taken, and they arrive in time.
 
 use super::error::ServerError;
 use super::form_error::FormError;
 use super::state::ServiceState;
 use super::work::Upload;
-use axum::body::{Body, Bytes, to_bytes};
 use axum::http::HeaderMap;
-use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
-use http_body_util::LengthLimitError;
-use std::error::Error;
+use axum::http::header::CONTENT_LENGTH;
+use std::future::Future;
 
-/// A body in memory. Its memory is reserved until it is dropped.
-#[derive(Debug)]
-pub(super) struct WholeBody {
-    /// The content.
-    pub bytes: Bytes,
-    _place: Upload,
+/// The length that the headers of a request state, bytes.
+pub(super) fn stated_bytes(headers: &HeaderMap) -> Option<usize> {
+    headers.get(CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
 }
 
-impl WholeBody {
-    /// Reads a JSON text of at most `limit_bytes`.
-    ///
-    /// # Errors
-    /// [`FormError`], or [`ServerError::Busy`].
-    pub(super) async fn read_json(
-        state: &ServiceState,
-        headers: &HeaderMap,
-        body: Body,
-        limit_bytes: usize,
-    ) -> Result<Self, ServerError> {
-        let media_type = headers.get(CONTENT_TYPE).and_then(|v| v.to_str().ok()).unwrap_or_default();
-        if !media_type.trim_start().to_ascii_lowercase().starts_with("application/json") {
-            let reason = "expected the header `Content-Type: application/json`".to_owned();
-            return Err(FormError::NotJson { name: "body", reason }.into());
-        }
-        let limit_bytes = limit_bytes.min(state.limits.body_bytes);
-        let stated = headers.get(CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse().ok());
-        if stated.is_some_and(|stated: usize| stated > limit_bytes) {
-            return Err(FormError::TooLarge { limit_bytes }.into());
-        }
-        let place = state.work.upload(stated.unwrap_or(limit_bytes))?;
-        let time = state.limits.body_time;
-        let bytes = tokio::time::timeout(time, to_bytes(body, limit_bytes))
-            .await
-            .map_err(|_| FormError::TooSlow { limit_s: time.as_secs_f64() })?
-            .map_err(|e| match e.source() {
-                Some(cause) if cause.is::<LengthLimitError>() => FormError::TooLarge { limit_bytes },
-                _ => FormError::Broken { reason: e.to_string() },
-            })?;
-        Ok(Self { bytes, _place: place })
-    }
+/// Reserves memory for a body of at most `most_bytes`.
+///
+/// # Errors
+/// [`ServerError::Busy`].
+pub(super) fn reserve(state: &ServiceState, headers: &HeaderMap, most_bytes: usize) -> Result<Upload, ServerError> {
+    state.work.upload(stated_bytes(headers).unwrap_or(most_bytes).min(most_bytes))
+}
+
+/// Waits for a body as long as the limits allow.
+///
+/// # Errors
+/// [`FormError::TooSlow`], or that of the reading.
+pub(super) async fn in_time<T>(
+    state: &ServiceState,
+    reading: impl Future<Output = Result<T, FormError>>,
+) -> Result<T, FormError> {
+    let time = state.limits.body_time;
+    let read = tokio::time::timeout(time, reading).await;
+    read.unwrap_or(Err(FormError::TooSlow { limit_s: time.as_secs_f64() }))
 }

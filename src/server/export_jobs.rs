@@ -1,9 +1,10 @@
 //! `ExportJobs`: running and finished exports, each a file in a temporary folder that is removed with the service.
 
-use super::dto::{ExportParameters, ExportProgress};
+use super::dto::ExportProgress;
 use super::error::ServerError;
 use super::export_failure::ExportFailure;
 use axum::http::StatusCode;
+use overfly_core::geodesy::Geodetic;
 use overfly_ingest::Remedy;
 use overfly_ingest::export::ExportError;
 use overfly_ingest::export::{ExportRequest, Exported, export};
@@ -55,13 +56,8 @@ impl ExportJobs {
     ///
     /// # Errors
     /// [`ServerError::Exporting`] if another one is being written.
-    pub(super) fn begin(
-        &self,
-        store: &Arc<Reader>,
-        parameters: &ExportParameters,
-        request: ExportRequest,
-    ) -> Result<ExportProgress, ServerError> {
-        let id = export_id(store.digest(), parameters);
+    pub(super) fn begin(&self, store: &Arc<Reader>, request: ExportRequest) -> Result<ExportProgress, ServerError> {
+        let id = export_id(store.digest(), &request);
         let mut jobs = self.jobs.lock();
         jobs.retain(|job| job.id != id || !job.is_lost());
         if let Some(job) = jobs.iter().find(|job| job.id == id) {
@@ -160,8 +156,13 @@ fn with_remedy(error: &ExportError) -> String {
     format!("{error}; {remedy}")
 }
 
-/// The name of an export: equal for equal requests of the same store.
-fn export_id(digest: &str, parameters: &ExportParameters) -> String {
-    let text = serde_json::to_string(&(digest, parameters)).expect("parameters serialise");
+/// The name of an export: equal for equal requests of the same store, however they are written.
+fn export_id(digest: &str, request: &ExportRequest) -> String {
+    let place = |p: &Geodetic| [p.longitude_deg(), p.latitude_deg()];
+    let routes: Vec<Vec<[f64; 2]>> = request.routes.iter().map(|r| r.points().iter().map(place).collect()).collect();
+    let ExportRequest { corridor_m, layers, max_bytes, jpeg_quality, .. } = request;
+    let valid_until = request.valid_until.map(|date| date.to_string());
+    let asked = (digest, routes, corridor_m, layers, max_bytes, jpeg_quality, valid_until);
+    let text = serde_json::to_string(&asked).expect("numbers and texts serialise");
     blake3::hash(text.as_bytes()).to_hex().to_string()
 }

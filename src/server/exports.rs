@@ -1,11 +1,11 @@
 //! `POST /v1/exports`, `GET /v1/exports/{id}`: cuts out what one flight needs, for the aircraft's storage. On the ground only.
 
-use super::body::WholeBody;
 use super::dto::{ExportParameters, ExportProgress};
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
 use super::export_jobs::{ExportJob, ExportJobs};
 use super::form_error::FormError;
+use super::json_body::JsonBody;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::range::RequestedRange;
@@ -67,13 +67,13 @@ pub(super) async fn post(
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ServerError> {
-    let body = WholeBody::read_json(&state, &headers, body, MOST_BYTES).await?;
+    let body = JsonBody::read(&state, &headers, body, MOST_BYTES).await?;
     let parsed = state.work.run(WorkClass::Parsing, move || parse(&body.bytes)).await?;
     let (parameters, request) = parsed?;
     for name in &parameters.layers {
         state.store.layer(name)?;
     }
-    let progress = available(jobs)?.begin(&state.store, &parameters, request)?;
+    let progress = available(jobs)?.begin(&state.store, request)?;
     let status = if progress.done { StatusCode::OK } else { StatusCode::ACCEPTED };
     let location = format!("/v1/exports/{}", progress.id);
     Ok((status, [(LOCATION, location)], Json(progress)).into_response())

@@ -1,12 +1,12 @@
 //! `Form`: a multipart body with a fixed set of parts, read within limits.
 
+use super::body::{in_time, reserve};
 use super::error::ServerError;
 use super::form_error::FormError;
 use super::state::ServiceState;
 use super::work::Upload;
 use axum::extract::Multipart;
 use axum::extract::multipart::{MultipartError, MultipartRejection};
-use axum::http::header::CONTENT_LENGTH;
 use axum::http::{HeaderMap, StatusCode};
 use serde::de::DeserializeOwned;
 
@@ -29,13 +29,9 @@ impl Form {
         names: &'static [&'static str],
     ) -> Result<Self, ServerError> {
         let multipart = multipart.map_err(|e| FormError::NotMultipart { reason: e.body_text() })?;
-        let stated = headers.get(CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse().ok());
-        let most = state.limits.body_bytes;
-        let place = state.work.upload(stated.unwrap_or(most).min(most))?;
-        let time = state.limits.body_time;
-        let parts = tokio::time::timeout(time, read_parts(multipart, names, state.limits.body_bytes))
-            .await
-            .map_err(|_| FormError::TooSlow { limit_s: time.as_secs_f64() })??;
+        let most_bytes = state.limits.body_bytes;
+        let place = reserve(state, headers, most_bytes)?;
+        let parts = in_time(state, read_parts(multipart, names, most_bytes)).await?;
         Ok(Self { parts, _place: place })
     }
 

@@ -12,7 +12,6 @@
 //!
 //! Without the feature `preflight` there are no exports: `no_exports` stands in for `exports`.
 
-#[cfg(feature = "preflight")]
 mod body;
 mod candidates;
 mod catalogue;
@@ -34,6 +33,8 @@ mod fixes;
 mod form;
 mod form_error;
 mod health;
+#[cfg(feature = "preflight")]
+mod json_body;
 mod limits;
 mod listen;
 mod metrics;
