@@ -52,8 +52,9 @@ const EQUAL_SHARE: f64 = 0.6;
 /// axes, where it gives 0.88 of each.
 const MAX_PHASE_GAIN: f64 = 1.3;
 /// A frame whose structure correlates by this much with itself displaced may repeat itself, and its rivals may also lie beyond the
-/// searched area. 7 of 194 NAIP frames do (at most 0.28), and half of Brighton's (at most 0.40); of false fixes beside a lattice that the
-/// map does not show the lowest had 0.30. The bound decides nothing but how far is compared.
+/// searched area. 16 of 199 comparisons over NAIP do (at most 0.28), 10 of 22 over Brighton (at most 0.40), 43 of 45 over the demo's
+/// fields (at most 0.58); of false fixes beside a lattice that the map does not show the lowest had 0.30. The bound decides nothing but
+/// how far is compared.
 const LEAST_SELF_SIMILARITY: f64 = 0.24;
 /// Headings (radians) and scales (ratios) within this of each other give the same maximum.
 const SAME_HEADING_RAD: f64 = 0.03;
