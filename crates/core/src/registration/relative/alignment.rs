@@ -6,7 +6,7 @@
 //! where few blocks carry most of the weight.
 
 use super::binomial::smoothed;
-use super::block_sums::{Brightness, sum_blocks};
+use super::block_sums::{Brightness, TUKEY, sum_blocks};
 use super::normal_equations::{BlockSums, PARAMETERS};
 use super::still_pixels::StillPixels;
 use super::template::Template;
@@ -83,10 +83,11 @@ fn align_alike(
     let (coarse, fine) = (template(step * COARSE), template(step));
     let mut motion = *start;
     let mut last = None;
+    let rejected_beyond = if still.is_some() { TUKEY } else { f64::INFINITY };
     for (template, rounds, converged_px) in
         [(&coarse, COARSE_ROUNDS, COARSE_CONVERGED_PX), (&fine, FINE_ROUNDS, FINE_CONVERGED_PX)]
     {
-        let mut brightness = Brightness::unknown(template);
+        let mut brightness = Brightness::unknown(template, rejected_beyond);
         for round in 0..rounds {
             let (sums, offsets) = sum_blocks(template, a, &motion, &brightness);
             let solved = GaussNewtonStep::solve(&sums)?;

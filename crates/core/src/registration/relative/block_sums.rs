@@ -20,10 +20,11 @@ const LEAST_IN_BLOCK: f32 = 12.0;
 const LEAST_DEVIATION: f32 = 0.2;
 /// Huber's bound, in robust standard deviations.
 const HUBER: f32 = 1.345;
-/// Beyond this many robust standard deviations a pixel counts for nothing (Tukey's biweight): an overlay, a vehicle, a roof.
-const TUKEY: f32 = 6.0;
-/// Residuals count at most this many standard deviations of the round before in the next one.
-const WINSOR: f32 = 3.0;
+/// Under an overlay a pixel beyond this many robust standard deviations counts for nothing (Tukey's biweight). Without one it would reject,
+/// on ground that shows little, the very edges that draw the frames on each other.
+pub const TUKEY: f64 = 6.0;
+/// There a residual counts in the next deviation with at most half of that.
+const WINSOR: f32 = 0.5;
 
 /// Brightness of b against a, as the last round found it.
 #[derive(Clone)]
@@ -32,14 +33,16 @@ pub struct Brightness {
     pub gain: f64,
     /// Robust standard deviation of the residuals, gray levels; before the first round far above any.
     pub deviation: f64,
+    /// Pixels beyond this many robust standard deviations count for nothing; infinite where all count.
+    rejected_beyond: f64,
     /// The plane of each block.
     planes: Vec<Plane>,
 }
 
 impl Brightness {
-    /// The brightness before the first round.
-    pub fn unknown(template: &Template) -> Self {
-        Self { gain: 1.0, deviation: 1e6, planes: vec![[0.0; PLANE]; template.blocks.len()] }
+    /// The brightness before the first round. Pixels beyond `rejected_beyond` robust standard deviations will count for nothing.
+    pub fn unknown(template: &Template, rejected_beyond: f64) -> Self {
+        Self { gain: 1.0, deviation: 1e6, rejected_beyond, planes: vec![[0.0; PLANE]; template.blocks.len()] }
     }
 }
 
@@ -135,8 +138,8 @@ impl<'a> Round<'a> {
             per_radius: (1.0 / template.radius_px) as f32,
             gain: brightness.gain as f32,
             bound: HUBER * deviation,
-            tukey: TUKEY * deviation,
-            winsor: WINSOR * deviation,
+            tukey: brightness.rejected_beyond as f32 * deviation,
+            winsor: WINSOR * brightness.rejected_beyond as f32 * deviation,
             least: MARGIN_PX as f32,
             most: [a.width_px() as f32 - 1.0 - MARGIN_PX as f32, a.height_px() as f32 - 1.0 - MARGIN_PX as f32],
         }
@@ -276,7 +279,7 @@ mod tests {
         let bits = |(sums, _): (Vec<BlockSums>, Brightness)| -> Vec<u64> {
             sums.iter().flat_map(|b| b.normal.iter().chain(&b.right).map(|v| v.to_bits()).collect::<Vec<_>>()).collect()
         };
-        let unknown = Brightness::unknown(&template);
+        let unknown = Brightness::unknown(&template, TUKEY);
         let either = bits(sum_blocks(&template, &a, &motion, &unknown));
         assert!(!either.is_empty() && either == bits(sum_blocks_plain(&template, &a, &motion, &unknown)));
     }
@@ -290,7 +293,7 @@ mod tests {
         };
         for b in [ramp(&shifted), shifted] {
             let template = Template::new(&b, Vector2::new(45.0, 35.0), 2, None);
-            let (sums, _) = sum_blocks(&template, &a, &still(), &Brightness::unknown(&template));
+            let (sums, _) = sum_blocks(&template, &a, &still(), &Brightness::unknown(&template, TUKEY));
             let normal: SMatrix<f64, PARAMETERS, PARAMETERS> = sums.iter().map(|s| s.normal).sum();
             let right: SVector<f64, PARAMETERS> = sums.iter().map(|s| s.right).sum();
             let step = normal.try_inverse().expect("textured") * right;
