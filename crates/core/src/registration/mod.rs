@@ -4,7 +4,7 @@
 //! where small windows of the view lie, [`window_fit::fit_windows`] the similarity that most of them agree on, and
 //! [`a_contrario`] the number of false alarms of such a consensus. [`relative`] registers two frames of a flight. Both fit
 //! their similarity with [`robust::estimate`]. [`stationary`] finds what stands still in the images of a flight,
-//! [`seam`] the line across a view on whose sides two places agree.
+//! [`seam`] the line across a view on whose sides two places agree, [`smear`] whether a view is blurred along one direction.
 
 pub mod a_contrario;
 mod cell_dots;
@@ -20,6 +20,7 @@ pub mod robust;
 pub mod seam;
 pub mod self_similarity;
 pub mod similarity;
+pub mod smear;
 pub mod stationary;
 pub mod view_statistic;
 pub mod wide;

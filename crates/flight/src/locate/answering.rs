@@ -89,6 +89,7 @@ fn fix(
     let view = &context.request.view;
     let estimate = PlaceEstimate::new(&place.refined, view, camera);
     let estimate = place.seam.as_ref().map_or(estimate, |seam| estimate.doubted(seam));
+    let estimate = if place.is_smeared { estimate.smeared(&place.refined) } else { estimate };
     let tilt = TiltFound::new(&place.refined, view, camera);
     let camera = camera.at_height_ratio(estimate.height_ratio);
     let Ok(image_centre) = estimate.image_centre.to_geodetic(estimate.zoom) else { return Ok(None) };

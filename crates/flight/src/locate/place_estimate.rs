@@ -98,6 +98,12 @@ impl PlaceEstimate {
         self
     }
 
+    /// The estimate of a smeared view. Its windows err together, the more so the fewer of them agree.
+    pub fn smeared(mut self, place: &RefinedPlace) -> Self {
+        self.covariance_px2 *= place.matches.len() as f64 / place.fit.inliers.len().max(1) as f64;
+        self
+    }
+
     /// Returns what the windows of a place measure. `camera` is the stated camera of the frame.
     pub fn new(place: &RefinedPlace, view: &View, camera: &Camera) -> Self {
         let windows = PlacedWindows::new(place, view, camera);

@@ -16,6 +16,7 @@ use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
 use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
 use overfly_core::registration::seam::{Displacements, Seam, find_seam};
+use overfly_core::registration::smear::{is_smeared, smear};
 use overfly_core::tile::gsd_at;
 use overfly_store::StoreError;
 
@@ -57,6 +58,8 @@ pub struct VerifiedPlace {
     pub alias_probability: f64,
     /// The seam across the view, looked for only at a fix.
     pub seam: Option<Seam>,
+    /// Whether the view is smeared, looked for only at a fix.
+    pub is_smeared: bool,
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
     /// windows, which at a wrong place are almost independent.
     pub log10_false_alarms: f64,
@@ -123,6 +126,8 @@ impl Verifier<'_> {
             && let (Some(best), Some(Some(observation))) = (places.first_mut(), observations.first())
         {
             let displacements = Displacements::default();
+            let smear = smear(&observation.view_structure, &observation.map_structure, [REACH_PX; 2]);
+            best.is_smeared = is_smeared(smear);
             best.seam = find_seam(&observation.window_surfaces(&displacements), &displacements);
         }
         Ok(Verdict { refusal, places, unverified, score, log10_false_alarms })
@@ -146,6 +151,7 @@ impl Verifier<'_> {
             near_rivals_px,
             alias_probability: 0.0,
             seam: None,
+            is_smeared: false,
             log10_false_alarms,
         };
         Ok((place, observation))
