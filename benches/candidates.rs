@@ -8,7 +8,7 @@ use overfly_core::geodesy::Geodetic;
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::tile::TileId;
 use overfly_flight::locate::candidates::{CandidateQuery, ResidentIndex, candidates, rank};
-use overfly_store::{BuiltTile, Declaration, EncodedTile, Reader, Source, TileContent, Writer};
+use overfly_store::{BuiltTile, Declaration, EncodedTile, Reader, Source, Terms, TileContent, Writer};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -24,7 +24,7 @@ fn write(path: &Path) {
         acquired: Some("2018-07-16".into()),
         crs_epsg: None,
         stretch: None,
-        horizontal_error_m: 1.0,
+        horizontal_error_m: Some(1.0),
         gsd_m_per_px: 1.0,
         outline_deg: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
     };
@@ -34,6 +34,7 @@ fn write(path: &Path) {
         zoom_override: None,
         base_zoom: ZOOM,
         min_zoom: ZOOM,
+        terms: Terms::default(),
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration).expect("a new store");
     for i in 0..EDGE * EDGE {
@@ -45,7 +46,8 @@ fn write(path: &Path) {
             sources: "01".repeat(32),
             acquired: Some("2018-07-16".into()),
             valid_fraction: 1.0,
-            horizontal_error_m: 1.0,
+            horizontal_error_m: Some(1.0),
+            valid_outline: None,
             keypoints: 500,
             distinctiveness: 0.4,
         };

@@ -14,7 +14,7 @@ use overfly_ingest::raster::{OpenOptions, Orthophoto};
 use overfly_store::package::{
     Manifest, PatchHeader, PublicKey, Records, SEAL_LEN, Seal, SecretKey, StalePolicy, acquisition_day, parse_date,
 };
-use overfly_store::{Reader, decode};
+use overfly_store::{FORMAT_VERSION, Reader, decode};
 use std::path::{Path, PathBuf};
 use tower::ServiceExt as _;
 
@@ -119,11 +119,11 @@ pub fn patch(data: &[u8]) {
     } else {
         rest = data;
     }
-    let mut records = Records::new(rest);
+    let mut records = Records::new(rest, FORMAT_VERSION);
     while let Ok(Some(record)) = records.tile() {
         let mut bytes = Vec::new();
-        record.write(&mut bytes).expect("writing to memory");
-        let again = Records::new(&bytes[..]).tile().expect("what was written").expect("a record");
+        record.write(&mut bytes, FORMAT_VERSION).expect("writing to memory");
+        let again = Records::new(&bytes[..], FORMAT_VERSION).tile().expect("what was written").expect("a record");
         assert_eq!(again.tile(), record.tile());
     }
     while let Ok(Some(_)) = records.inputs() {}

@@ -76,7 +76,8 @@ struct SourceInfo {
     acquired: Option<String>,
     crs_epsg: Option<u32>,
     stretch: Option<(f64, f64)>,
-    horizontal_error_m: f64,
+    /// `null` where nothing states it.
+    horizontal_error_m: Option<f64>,
     gsd_m_per_px: f64,
 }
 
@@ -144,10 +145,10 @@ fn describe(info: &Info<'_>) -> String {
         text.push_str("  acquired    gsd_m_per_px  error_m  source\n");
         for source in sources {
             text.push_str(&format!(
-                "  {:<10}  {:>12.3}  {:>7.2}  {} ({})\n",
+                "  {:<10}  {:>12.3}  {:>7}  {} ({})\n",
                 source.acquired.as_deref().map_or("unknown", |a| a.get(..10).unwrap_or(a)),
                 source.gsd_m_per_px,
-                source.horizontal_error_m,
+                source.horizontal_error_m.map_or_else(|| "unknown".into(), |error_m| format!("{error_m:.2}")),
                 source.path.display(),
                 &source.content_hash[..8],
             ));

@@ -109,7 +109,7 @@ mod tests {
     use overfly_core::feature::keypoint::CONTRACT;
     use overfly_core::pixels::{Colour, Mask, MaskedColour};
     use overfly_core::tile::TileId;
-    use overfly_store::{BuiltTile, Declaration, Reader, TileContent, Writer};
+    use overfly_store::{BuiltTile, Declaration, Reader, Terms, TileContent, Writer};
     use tower::ServiceExt;
 
     fn state(folder: &std::path::Path) -> ServiceState {
@@ -117,8 +117,14 @@ mod tests {
         let tile = TileId::new(3, 1, 1).unwrap();
         let pixels = MaskedColour { colour: Colour::black(512, 512), mask: Mask::filled(512, 512, true) };
         let content = TileContent::encode(tile, &pixels, &[], None).unwrap();
-        let declaration =
-            Declaration { layer: "ortho".into(), sources: Vec::new(), zoom_override: None, base_zoom: 3, min_zoom: 3 };
+        let declaration = Declaration {
+            layer: "ortho".into(),
+            sources: Vec::new(),
+            zoom_override: None,
+            base_zoom: 3,
+            min_zoom: 3,
+            terms: Terms::default(),
+        };
         let mut writer = Writer::begin(&path, CONTRACT, declaration).unwrap();
         writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content: Some(content) }).unwrap();
         writer.finish(&|_| true).unwrap();

@@ -83,7 +83,7 @@ fn the_newest_source_covers_and_the_next_fill_its_holes() {
     for footprint in &footprints {
         let expected_m =
             if footprint.sources.contains(' ') || footprint.acquired.as_deref() < Some("2021") { 2.0 } else { 0.5 };
-        assert_eq!(footprint.horizontal_error_m, expected_m);
+        assert_eq!(footprint.horizontal_error_m, Some(expected_m));
         assert!(reader.descriptors(layer, footprint.tile).unwrap().is_some());
     }
     let coarsest = reader.footprints(layer, layer.min_zoom).unwrap();

@@ -6,7 +6,7 @@ use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_core::region::{ImageOnGround, Uncertainty};
 use overfly_core::tile::{TileId, zoom_for_gsd};
 use overfly_flight::locate::candidates::{CandidateQuery, Residents, candidates};
-use overfly_store::{BuiltTile, Declaration, Reader, TileContent, Writer};
+use overfly_store::{BuiltTile, Declaration, Reader, Terms, TileContent, Writer};
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use std::collections::BTreeSet;
@@ -29,6 +29,7 @@ fn write(path: &Path, layer: &str, tiles: &BTreeSet<TileId>) {
         zoom_override: None,
         base_zoom: zoom,
         min_zoom: zoom,
+        terms: Terms::default(),
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration).unwrap();
     for &tile in tiles {
@@ -259,6 +260,7 @@ fn a_coarse_ground_sample_distance_chooses_a_coarse_level() {
         zoom_override: None,
         base_zoom: 16,
         min_zoom: 14,
+        terms: Terms::default(),
     };
     let mut writer = Writer::begin(&path, CONTRACT, declaration).unwrap();
     let mut tile = Some(base);

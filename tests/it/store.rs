@@ -4,8 +4,8 @@ use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::{MercatorBounds, TileId};
 use overfly_store::{
-    BuiltTile, Declaration, FORMAT_VERSION, LayerState, Reader, Source, StoreError, TileContent, Writer, remove_layer,
-    verify,
+    BuiltTile, Declaration, FORMAT_VERSION, LayerState, Reader, Source, StoreError, Terms, TileContent, Writer,
+    remove_layer, verify,
 };
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ pub fn source(seed: u8) -> Source {
         acquired: Some(format!("20{:02}-07-16", seed % 50)),
         crs_epsg: None,
         stretch: None,
-        horizontal_error_m: f64::from(seed) / 10.0,
+        horizontal_error_m: Some(f64::from(seed) / 10.0),
         gsd_m_per_px: 1.0,
         outline_deg: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
     }
@@ -36,7 +36,14 @@ pub fn built(tile: TileId, source: &Source, seed: u8, hole: bool) -> BuiltTile {
 }
 
 fn declaration(layer: &str, sources: Vec<Source>, zoom: u8) -> Declaration {
-    Declaration { layer: layer.into(), sources, zoom_override: None, base_zoom: zoom, min_zoom: zoom }
+    Declaration {
+        layer: layer.into(),
+        sources,
+        zoom_override: None,
+        base_zoom: zoom,
+        min_zoom: zoom,
+        terms: Terms::default(),
+    }
 }
 
 /// A finished store of one layer at one zoom.
@@ -68,7 +75,7 @@ fn gives_back_what_was_put() {
         assert_eq!(reader.sources(layer).unwrap(), [source(7)]);
         let footprint = reader.footprint(layer, tiles[1]).unwrap().unwrap();
         assert!((footprint.valid_fraction - (1.0 - 1.0 / (512.0 * 512.0))).abs() < 1e-9);
-        assert_eq!(footprint.horizontal_error_m, 0.7);
+        assert_eq!(footprint.horizontal_error_m, Some(0.7));
         let encoded = reader.encoded_tile(layer, tiles[1]).unwrap().unwrap();
         assert_eq!((encoded.media_type, encoded.content_hash), ("image/png", footprint.content_hash));
         assert!(!reader.tile(layer, tiles[1]).unwrap().unwrap().mask.at(3, 4));

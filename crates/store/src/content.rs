@@ -1,12 +1,12 @@
 //! `TileContent`: a tile as a build writes it; `Child`: a tile as an overview reads it.
 
-use super::footprint::Footprint;
+use super::footprint::{self, Footprint, larger_error};
 use super::imagery::{self, EncodedTile};
 use super::source::Source;
 use super::{StoreError, digest};
 use overfly_core::feature::describe_cells;
 use overfly_core::feature::keypoint::{self, Keypoints};
-use overfly_core::pixels::MaskedColour;
+use overfly_core::pixels::{Mask, MaskOutline, MaskedColour};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::Path;
@@ -26,8 +26,10 @@ pub struct TileContent {
     pub acquired: Option<String>,
     /// Share of valid pixels, above 0 and at most 1.
     pub valid_fraction: f64,
-    /// Largest horizontal error of the visible sources, one standard deviation per axis, metres.
-    pub horizontal_error_m: f64,
+    /// Largest horizontal error of the visible sources, one standard deviation per axis, metres: unknown where one of them is.
+    pub horizontal_error_m: Option<f64>,
+    /// Where the valid pixels are: `None` where all are.
+    pub valid_outline: Option<MaskOutline>,
     /// Number of described keypoints.
     pub keypoints: u32,
     /// See `feature::keypoint::distinctiveness`.
@@ -58,7 +60,8 @@ impl TileContent {
             sources: hashes.join(" "),
             acquired: seen.iter().filter_map(|s| s.acquired.clone()).max(),
             valid_fraction: pixels.mask.valid_fraction(),
-            horizontal_error_m: seen.iter().map(|s| s.horizontal_error_m).fold(0.0, f64::max),
+            horizontal_error_m: seen.iter().map(|s| s.horizontal_error_m).reduce(larger_error).flatten(),
+            valid_outline: outline_of(&pixels.mask),
             keypoints: keypoints.map_or(0, |k| k.points.len() as u32),
             distinctiveness: keypoints.map_or(0.0, keypoint::distinctiveness),
         })
@@ -75,8 +78,14 @@ impl TileContent {
             keypoints: self.keypoints,
             distinctiveness: self.distinctiveness,
             sources: self.sources.clone(),
+            valid_outline: self.valid_outline.clone(),
         }
     }
+}
+
+/// Returns the outline of a tile's valid pixels: `None` where all are valid.
+pub fn outline_of(mask: &Mask) -> Option<MaskOutline> {
+    (!mask.is_full()).then(|| MaskOutline::new(mask))
 }
 
 /// Computes the cells of a tile as they are stored.
@@ -94,7 +103,7 @@ pub struct Child {
     /// As [`TileContent::acquired`].
     pub acquired: Option<String>,
     /// As [`TileContent::horizontal_error_m`].
-    pub horizontal_error_m: f64,
+    pub horizontal_error_m: Option<f64>,
 }
 
 /// A tile that was read for the overview above it.
@@ -167,7 +176,7 @@ fn read_child(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> 
         if imagery::media_type(&image).map(hash) != Some(stated) {
             return Ok(StoredChild::Damaged);
         }
-        let (sources, acquired, horizontal_error_m) = (row.get(1)?, row.get(2)?, row.get(3)?);
+        let (sources, acquired, horizontal_error_m) = (row.get(1)?, row.get(2)?, footprint::error_at(row, 3)?);
         Ok(StoredChild::Proved(Child { image, sources, acquired, horizontal_error_m }))
     };
     connection.prepare_cached(sql)?.query_row(key, read).optional()

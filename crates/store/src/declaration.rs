@@ -1,5 +1,6 @@
 //! `Declaration`: what a build will make of a layer, stated before it writes the first tile.
 
+use super::terms::Terms;
 use super::{Source, digest};
 
 /// A layer as a build declares it.
@@ -15,6 +16,8 @@ pub struct Declaration {
     pub base_zoom: u8,
     /// Zoom of the coarsest overview.
     pub min_zoom: u8,
+    /// Under what terms the imagery may be used.
+    pub terms: Terms,
 }
 
 impl Declaration {

@@ -3,6 +3,10 @@
 use super::Source;
 use super::cells::TileCells;
 use super::footprint::{self, Footprint};
+use super::layer::Layer;
+use super::level::LevelOf;
+use super::migration::PLACES_SINCE;
+use super::terms::Terms;
 use blake3::Hasher;
 use rusqlite::Connection;
 
@@ -33,59 +37,82 @@ pub fn store_digest<'a>(contract: &str, layers: impl Iterator<Item = (&'a str, [
     hasher.finalize().into()
 }
 
-/// Computes the digest of a layer from its rows.
+/// What of a layer its digest holds beside footprints and sources.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LayerHashed<'a> {
+    pub name: &'a str,
+    pub base_zoom: u8,
+    pub min_zoom: u8,
+    pub terms: &'a Terms,
+}
+
+impl<'a> LayerHashed<'a> {
+    /// What the digest of a stored layer holds.
+    pub fn of(layer: &'a Layer) -> Self {
+        Self { name: &layer.name, base_zoom: layer.base_zoom, min_zoom: layer.min_zoom, terms: &layer.terms }
+    }
+}
+
+/// Computes the digest of a layer from its rows, in a store of a format version.
 pub(super) fn layer_digest(
     connection: &Connection,
-    name: &str,
-    base_zoom: u8,
-    min_zoom: u8,
+    layer: &LayerHashed<'_>,
+    version: u32,
     sources: &[Source],
 ) -> rusqlite::Result<[u8; 32]> {
-    let mut hasher = layer_hasher(name, base_zoom, min_zoom, sources);
+    let mut hasher = layer_hasher(layer, version, sources);
     let sql = format!(
         "SELECT {} FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
-        footprint::COLUMNS
+        footprint::columns(version)
     );
     let mut statement = connection.prepare(&sql)?;
-    for row in statement.query_map([name], footprint::read)? {
-        hash_footprint(&mut hasher, &row?);
+    for row in statement.query_map([layer.name], footprint::read)? {
+        hash_footprint(&mut hasher, layer.name, version, &row?);
     }
     Ok(hasher.finalize().into())
 }
 
 /// Computes the digest of a layer from footprints in the order of zoom, row and column.
 pub(super) fn layer_digest_from(
-    name: &str,
-    base_zoom: u8,
-    min_zoom: u8,
+    layer: &LayerHashed<'_>,
+    version: u32,
     sources: &[Source],
     footprints: &[Footprint],
 ) -> [u8; 32] {
-    let mut hasher = layer_hasher(name, base_zoom, min_zoom, sources);
+    let mut hasher = layer_hasher(layer, version, sources);
     for footprint in footprints {
-        hash_footprint(&mut hasher, footprint);
+        hash_footprint(&mut hasher, layer.name, version, footprint);
     }
     hasher.finalize().into()
 }
 
-fn layer_hasher(name: &str, base_zoom: u8, min_zoom: u8, sources: &[Source]) -> Hasher {
-    let mut hasher = Hasher::new_derive_key("overfly layer digest 1");
-    text(&mut hasher, name.as_bytes());
-    hasher.update(&[base_zoom, min_zoom]);
+fn layer_hasher(layer: &LayerHashed<'_>, version: u32, sources: &[Source]) -> Hasher {
+    let binds_places = version >= PLACES_SINCE;
+    let mut hasher =
+        Hasher::new_derive_key(if binds_places { "overfly layer digest 2" } else { "overfly layer digest 1" });
+    text(&mut hasher, layer.name.as_bytes());
+    hasher.update(&[layer.base_zoom, layer.min_zoom]);
+    if binds_places {
+        optional(&mut hasher, layer.terms.licence.as_deref());
+        optional(&mut hasher, layer.terms.attribution.as_deref());
+    }
     let mut sorted: Vec<_> = sources.iter().collect();
     sorted.sort_by_key(|s| s.content_hash);
     hasher.update(&(sorted.len() as u64).to_le_bytes());
     for source in sorted {
-        hash_source(&mut hasher, source);
+        let error_m = if binds_places { source.horizontal_error_m } else { Some(unsigned_error(source)) };
+        hash_source_with(&mut hasher, source, error_bits(error_m));
     }
     hasher
 }
 
 /// Computes the digest of the footprints of one level, in the order of row and column.
-pub(super) fn footprints_digest<'a>(footprints: impl Iterator<Item = &'a Footprint>) -> [u8; 32] {
-    let mut hasher = Hasher::new_derive_key("overfly level footprints 1");
+pub(super) fn footprints_digest<'a>(level: &LevelOf<'_>, footprints: impl Iterator<Item = &'a Footprint>) -> [u8; 32] {
+    let binds_places = level.version >= PLACES_SINCE;
+    let context = if binds_places { "overfly level footprints 2" } else { "overfly level footprints 1" };
+    let mut hasher = Hasher::new_derive_key(context);
     for footprint in footprints {
-        hash_footprint(&mut hasher, footprint);
+        hash_footprint(&mut hasher, level.layer, level.version, footprint);
     }
     hasher.finalize().into()
 }
@@ -103,37 +130,84 @@ pub(super) fn cells_digest(cells: &[TileCells]) -> [u8; 32] {
 }
 
 /// Returns a short hash that tells whether a footprint is the one that was read before.
-pub(super) fn footprint_check(footprint: &Footprint) -> [u8; 16] {
-    let mut hasher = Hasher::new_derive_key("overfly footprint check 1");
-    hash_footprint(&mut hasher, footprint);
+pub(super) fn footprint_check(layer: &str, footprint: &Footprint) -> [u8; 16] {
     let mut check = [0; 16];
-    hasher.finalize_xof().fill(&mut check);
+    check.copy_from_slice(&footprint_hash(layer, footprint)[..16]);
     check
 }
 
-/// Hashes the properties of a source that decide the pixels and the row of a tile: content, date, stated CRS, stretch and error.
+/// Hashes a footprint: its content hash, its place (layer, zoom, row and column) and everything else that is known of the tile.
+pub(super) fn footprint_hash(layer: &str, footprint: &Footprint) -> [u8; 32] {
+    let mut hasher = Hasher::new_derive_key("overfly footprint 1");
+    text(&mut hasher, layer.as_bytes());
+    place(&mut hasher, footprint);
+    hasher.update(&footprint.content_hash);
+    optional(&mut hasher, footprint.acquired.as_deref());
+    hasher.update(&footprint.valid_fraction.to_bits().to_le_bytes());
+    hasher.update(&error_bits(footprint.horizontal_error_m));
+    hasher.update(&footprint.distinctiveness.to_bits().to_le_bytes());
+    hasher.update(&footprint.keypoints.to_le_bytes());
+    text(&mut hasher, footprint.sources.as_bytes());
+    match &footprint.valid_outline {
+        Some(outline) => text(&mut hasher, &outline.to_bytes()),
+        None => {
+            hasher.update(&u64::MAX.to_le_bytes());
+        }
+    }
+    hasher.finalize().into()
+}
+
+/// Hashes the properties of a source that decide the pixels and the row of a tile: content, date, stated CRS, stretch and error. An
+/// unknown error counts as 0, as before it could be told from a stated 0, which counts as -0: so tiles of older stores keep their
+/// inputs hash.
 pub fn hash_source(hasher: &mut Hasher, source: &Source) {
+    let error_m = source.horizontal_error_m.map_or(0.0, |error_m| if error_m == 0.0 { -0.0 } else { error_m });
+    hash_source_with(hasher, source, error_m.to_bits().to_le_bytes());
+}
+
+fn hash_source_with(hasher: &mut Hasher, source: &Source, error: [u8; 8]) {
     hasher.update(&source.content_hash);
     optional(hasher, source.acquired.as_deref());
     hasher.update(&source.crs_epsg.map_or([0xff; 8], |code| u64::from(code).to_le_bytes()));
     let (low, high) = source.stretch.unwrap_or((f64::NAN, f64::NAN));
-    for value in [low, high, source.horizontal_error_m] {
+    for value in [low, high] {
         hasher.update(&value.to_bits().to_le_bytes());
     }
+    hasher.update(&error);
 }
 
-fn hash_footprint(hasher: &mut Hasher, footprint: &Footprint) {
-    let tile = footprint.tile;
-    hasher.update(&[tile.zoom()]);
-    hasher.update(&tile.row().to_le_bytes());
-    hasher.update(&tile.column().to_le_bytes());
+/// The error of a source as formats before [`PLACES_SINCE`] store it.
+fn unsigned_error(source: &Source) -> f64 {
+    source.horizontal_error_m.unwrap_or(0.0)
+}
+
+/// An error as it is hashed; an unknown one has the bits of no number that a store may hold.
+fn error_bits(error_m: Option<f64>) -> [u8; 8] {
+    error_m.map_or([0xff; 8], |error_m| error_m.to_bits().to_le_bytes())
+}
+
+/// Adds a footprint to the digest of a layer or level, in a store of a format version.
+fn hash_footprint(hasher: &mut Hasher, layer: &str, version: u32, footprint: &Footprint) {
+    if version >= PLACES_SINCE {
+        hasher.update(&footprint_hash(layer, footprint));
+        return;
+    }
+    place(hasher, footprint);
     hasher.update(&footprint.content_hash);
     optional(hasher, footprint.acquired.as_deref());
-    for value in [footprint.valid_fraction, footprint.horizontal_error_m, footprint.distinctiveness] {
+    let error_m = footprint.horizontal_error_m.unwrap_or(0.0);
+    for value in [footprint.valid_fraction, error_m, footprint.distinctiveness] {
         hasher.update(&value.to_bits().to_le_bytes());
     }
     hasher.update(&footprint.keypoints.to_le_bytes());
     text(hasher, footprint.sources.as_bytes());
+}
+
+fn place(hasher: &mut Hasher, footprint: &Footprint) {
+    let tile = footprint.tile;
+    hasher.update(&[tile.zoom()]);
+    hasher.update(&tile.row().to_le_bytes());
+    hasher.update(&tile.column().to_le_bytes());
 }
 
 fn optional(hasher: &mut Hasher, value: Option<&str>) {

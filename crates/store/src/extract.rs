@@ -6,8 +6,9 @@ use super::declaration::Declaration;
 use super::digest;
 use super::geometry;
 use super::layer::{self, Layer};
-use super::level::LevelDigests;
+use super::level::{LevelDigests, LevelOf};
 use super::source::{self, SourceTable};
+use super::terms::Terms;
 use super::tile_rows::{TileRows, insert_tile};
 use super::{
     FORMAT_VERSION, Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery,
@@ -31,6 +32,9 @@ pub struct LayerHead {
     pub min_zoom: u8,
     /// Base zoom, if the user stated one when the layer was built.
     pub zoom_override: Option<u8>,
+    /// Under what terms its imagery may be used.
+    #[serde(default, skip_serializing_if = "Terms::is_empty")]
+    pub terms: Terms,
 }
 
 /// The part of a layer to copy.
@@ -72,6 +76,7 @@ pub struct Extract {
     draft: DraftFile,
     connection: Connection,
     contract: String,
+    version: u32,
 }
 
 /// A file that is removed when this value is dropped.
@@ -102,7 +107,7 @@ impl Extract {
         migration::require_readable(version, draft)?;
         let draft = DraftFile(draft.to_path_buf());
         let connection = open(&draft.0, contract, version).map_err(|e| StoreError::own_file(&draft.0, e))?;
-        Ok(Self { draft, connection, contract: contract.to_owned() })
+        Ok(Self { draft, connection, contract: contract.to_owned(), version })
     }
 
     /// Copies a part of a layer of `from`, checks the hash of every tile, and declares the layer finished. Calls `progress` after
@@ -117,6 +122,7 @@ impl Extract {
             base_zoom: part.base_zoom,
             min_zoom: part.min_zoom,
             zoom_override: None,
+            terms: known.terms.clone(),
         };
         self.begin_layer(&head)?;
         let mut seen = HashSet::new();
@@ -160,7 +166,7 @@ impl Extract {
             descriptors: tile.descriptors.as_deref(),
             cells: tile.cells.as_deref(),
         };
-        insert_tile(&self.connection, layer, &rows).map_err(|e| self.fail(e))
+        insert_tile(&self.connection, self.version, layer, &rows).map_err(|e| self.fail(e))
     }
 
     /// Returns a tile that was added, as the overview above it needs it: `None` if there is none.
@@ -186,13 +192,13 @@ impl Extract {
     /// Where a source is given twice, or the disk is full.
     pub fn end_layer(&self, head: &LayerHead, mut sources: Vec<Source>) -> Result<(), StoreError> {
         sources.sort_by_key(|s| s.content_hash);
-        let LayerHead { name, base_zoom, min_zoom, zoom_override } = head.clone();
-        let declaration = Declaration { layer: name, sources, zoom_override, base_zoom, min_zoom };
+        let LayerHead { name, base_zoom, min_zoom, zoom_override, terms } = head.clone();
+        let declaration = Declaration { layer: name, sources, zoom_override, base_zoom, min_zoom, terms };
         let end = || -> rusqlite::Result<()> {
             for one in &declaration.sources {
-                source::insert(&self.connection, &declaration.layer, SourceTable::Finished, one)?;
+                source::insert(&self.connection, self.version, &declaration.layer, SourceTable::Finished, one)?;
             }
-            finish::declare(&self.connection, &declaration)?;
+            finish::declare(&self.connection, self.version, &declaration)?;
             geopackage::declare_footprints(&self.connection)?;
             self.connection.execute_batch("COMMIT")
         };
@@ -204,7 +210,7 @@ impl Extract {
     /// # Errors
     /// Where SQLite fails.
     pub fn layers(&self) -> Result<Vec<Layer>, StoreError> {
-        layer::load_all(&self.connection, &self.draft.0)
+        layer::load_all(&self.connection, self.version, &self.draft.0)
     }
 
     /// Returns the digests of one level of a layer, and its footprints.
@@ -215,11 +221,11 @@ impl Extract {
         let fail = |e| StoreError::own_file(&self.draft.0, e);
         let sql = format!(
             "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
-            footprint::COLUMNS
+            footprint::columns(self.version)
         );
         let footprints = reader::collect(&self.connection, &sql, (layer, zoom)).map_err(fail)?;
         let cells = cells::load(&self.connection, layer, zoom).map_err(fail)?;
-        Ok((LevelDigests::from_rows(zoom, &footprints, &cells), footprints))
+        Ok((LevelDigests::from_rows(&LevelOf { layer, zoom, version: self.version }, &footprints, &cells), footprints))
     }
 
     /// Returns the digest of the store so far, hexadecimal.

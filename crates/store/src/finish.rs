@@ -2,9 +2,10 @@
 
 use super::content::{self, StoredChild};
 use super::declaration::Declaration;
+use super::digest::LayerHashed;
 use super::source::{self, SourceTable};
 use super::tile_rows::clear_tile;
-use super::{StoreError, digest, footprint, geopackage, verify};
+use super::{FORMAT_VERSION, StoreError, digest, footprint, geopackage, migration, verify};
 use overfly_core::geodesy::{GeodeticBounds, WORLD_M};
 use overfly_core::tile::{MercatorBounds, TileId};
 use rusqlite::{Connection, params};
@@ -40,10 +41,10 @@ pub(super) fn finish(
     }
     connection.execute("DELETE FROM overfly_sources WHERE layer = ?1", [layer])?;
     for source in &declaration.sources {
-        source::insert(connection, layer, SourceTable::Finished, source)?;
+        source::insert(connection, FORMAT_VERSION, layer, SourceTable::Finished, source)?;
     }
     clear_pending(connection, layer)?;
-    let tiles = declare(connection, declaration)?;
+    let tiles = declare(connection, FORMAT_VERSION, declaration)?;
     geopackage::declare_footprints(connection)?;
     Ok(Finished { tiles, damaged })
 }
@@ -65,9 +66,9 @@ fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<
             ),
             "INSERT INTO footprints
                  (geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
-                  horizontal_error_m, keypoints, distinctiveness)
+                  horizontal_error_m, keypoints, distinctiveness, valid_outline, hash)
              SELECT geom, layer, zoom, tile_column, tile_row, content_hash, sources, acquired, valid_fraction,
-                    horizontal_error_m, keypoints, distinctiveness FROM overfly_staged
+                    horizontal_error_m, keypoints, distinctiveness, valid_outline, hash FROM overfly_staged
              WHERE layer = ?1 AND zoom = ?2 AND tile_row = ?3 AND tile_column = ?4 AND tile_data NOT NULL",
             "INSERT INTO overfly_descriptors (footprint, descriptors)
              SELECT f.fid, s.descriptors FROM overfly_staged s
@@ -121,8 +122,8 @@ pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<(
 }
 
 /// Writes the row of a layer and its GeoPackage declaration from the contents of its tables. Returns the number of tiles.
-pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rusqlite::Result<u64> {
-    let Declaration { layer, sources, zoom_override, base_zoom, min_zoom } = declaration;
+pub(super) fn declare(connection: &Connection, version: u32, declaration: &Declaration) -> rusqlite::Result<u64> {
+    let Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms } = declaration;
     let base: Vec<TileId> = connection
         .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?
         .query_map(params![layer, base_zoom], |row| footprint::tile_at(row, 0))?
@@ -130,7 +131,12 @@ pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rus
     let tiles: u32 =
         connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [layer], |row| row.get(0))?;
     let (bounds, bounds_deg) = extent(&base);
-    let digest = digest::layer_digest(connection, layer, *base_zoom, *min_zoom, sources)?;
+    let hashed = LayerHashed { name: layer, base_zoom: *base_zoom, min_zoom: *min_zoom, terms };
+    let digest = digest::layer_digest(connection, &hashed, version, sources)?;
+    if version >= migration::PLACES_SINCE {
+        let set = "UPDATE overfly_layers SET licence = ?2, attribution = ?3 WHERE name = ?1";
+        connection.execute(set, params![layer, terms.licence, terms.attribution])?;
+    }
     connection.execute(
         "UPDATE overfly_layers SET complete = 1, zoom_override = ?2, base_zoom = ?3, min_zoom = ?4, base_tiles = ?5,
              tiles = ?6, west_deg = ?7, south_deg = ?8, east_deg = ?9, north_deg = ?10, digest = ?11
@@ -156,7 +162,7 @@ pub(super) fn declare(connection: &Connection, declaration: &Declaration) -> rus
 
 /// Returns the extent of tiles of one zoom: in the projection (the whole width if it crosses the antimeridian), and in degrees
 /// (west, south, east, north; west exceeds east if it crosses the antimeridian).
-fn extent(tiles: &[TileId]) -> (MercatorBounds, GeodeticBounds) {
+pub(super) fn extent(tiles: &[TileId]) -> (MercatorBounds, GeodeticBounds) {
     let half_m = WORLD_M / 2.0;
     let Some(first) = tiles.first() else {
         let world = MercatorBounds { min_x_m: -half_m, min_y_m: -half_m, max_x_m: half_m, max_y_m: half_m };

@@ -2,6 +2,7 @@
 //!
 //! Later answers of an index are compared with this proof. So a tile that an index has lost is noticed, and not taken for absent.
 
+use super::digest::LayerHashed;
 use super::footprint::{self, Footprint};
 use super::layer::Layer;
 use super::source::{self, SourceTable};
@@ -30,20 +31,21 @@ impl FootprintProof {
     ///
     /// # Errors
     /// [`StoreError::Damaged`] if the footprints of a layer do not have the digest that the layer states, or cannot be read.
-    pub fn read(connection: &Connection, layers: &[Layer], path: &Path) -> Result<Self, StoreError> {
+    pub fn read(connection: &Connection, layers: &[Layer], version: u32, path: &Path) -> Result<Self, StoreError> {
         let fail = |e| StoreError::sqlite(path, e);
-        let mut rows = scan(connection).map_err(fail)?;
+        let mut rows = scan(connection, version).map_err(fail)?;
         let mut known = HashMap::new();
         for layer in layers.iter().filter(|l| l.complete) {
             let mut footprints = rows.remove(&layer.name).unwrap_or_default();
             footprints.sort_by_key(|f| f.tile);
-            let sources = source::load(connection, &layer.name, SourceTable::Finished).map_err(fail)?;
-            let found = digest::layer_digest_from(&layer.name, layer.base_zoom, layer.min_zoom, &sources, &footprints);
+            let sources = source::load(connection, &layer.name, SourceTable::Finished, version).map_err(fail)?;
+            let found = digest::layer_digest_from(&LayerHashed::of(layer), version, &sources, &footprints);
             if Some(digest::hex(&found)) != layer.digest || footprints.len() as u64 != layer.tiles {
                 let reason = format!("the rows of layer {} do not have the digest that it states", layer.name);
                 return Err(StoreError::Damaged { path: path.into(), reason });
             }
-            let kept = footprints.iter().map(|f| ProvedTile { tile: f.tile, check: digest::footprint_check(f) });
+            let kept =
+                footprints.iter().map(|f| ProvedTile { tile: f.tile, check: digest::footprint_check(&layer.name, f) });
             known.insert(layer.name.clone(), kept.collect());
         }
         Ok(Self { layers: known })
@@ -65,7 +67,7 @@ impl FootprintProof {
 
     /// Whether a footprint is the proved one.
     pub fn agrees(&self, layer: &str, footprint: &Footprint) -> bool {
-        self.find(layer, footprint.tile).is_some_and(|k| k.check == digest::footprint_check(footprint))
+        self.find(layer, footprint.tile).is_some_and(|k| k.check == digest::footprint_check(layer, footprint))
     }
 
     /// Number of tiles of one zoom.
@@ -107,13 +109,13 @@ fn level(known: &[ProvedTile], zoom: u8) -> &[ProvedTile] {
 }
 
 /// Reads every footprint by layer, in a scan of the table itself.
-fn scan(connection: &Connection) -> rusqlite::Result<HashMap<String, Vec<Footprint>>> {
-    let sql = format!("SELECT {}, f.layer FROM footprints f NOT INDEXED", footprint::COLUMNS);
+fn scan(connection: &Connection, version: u32) -> rusqlite::Result<HashMap<String, Vec<Footprint>>> {
+    let sql = format!("SELECT {} FROM footprints f NOT INDEXED", footprint::columns(version));
     let mut statement = connection.prepare(&sql)?;
     let mut rows = statement.query([])?;
     let mut found: HashMap<String, Vec<Footprint>> = HashMap::new();
     while let Some(row) = rows.next()? {
-        let layer = row.get_ref(10)?.as_str()?;
+        let layer = row.get_ref(11)?.as_str()?;
         let footprint = footprint::read(row)?;
         match found.get_mut(layer) {
             Some(footprints) => footprints.push(footprint),

@@ -1,6 +1,7 @@
 //! `Layer`: one epoch of imagery, and the rules for its name.
 
-use super::StoreError;
+use super::terms::Terms;
+use super::{StoreError, migration};
 use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use rusqlite::{Connection, Row};
 use serde::Serialize;
@@ -28,6 +29,9 @@ pub struct Layer {
     pub complete: bool,
     /// BLAKE3 digest of the logical content, hexadecimal: `None` while the layer is unfinished.
     pub digest: Option<String>,
+    /// Under what terms its imagery may be used.
+    #[serde(flatten)]
+    pub terms: Terms,
 }
 
 /// Checks the name of a layer, which is also the name of its tile table.
@@ -44,16 +48,17 @@ pub fn check_name(name: &str) -> Result<(), StoreError> {
 }
 
 /// Reads every layer by name, finished or not.
-pub(super) fn load_all(connection: &Connection, path: &Path) -> Result<Vec<Layer>, StoreError> {
+pub(super) fn load_all(connection: &Connection, version: u32, path: &Path) -> Result<Vec<Layer>, StoreError> {
     let fail = |e| StoreError::sqlite(path, e);
+    let terms = if version < migration::PLACES_SINCE { "NULL, NULL" } else { "licence, attribution" };
     let mut statement = connection
-        .prepare(
+        .prepare(&format!(
             "SELECT name, base_zoom, min_zoom, base_tiles, tiles, west_deg, south_deg, east_deg, north_deg, complete,
                     digest,
                     (SELECT min(acquired) FROM overfly_sources s WHERE s.layer = l.name),
-                    (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name)
+                    (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name), {terms}
              FROM overfly_layers l ORDER BY name",
-        )
+        ))
         .map_err(fail)?;
     let rows = statement.query_map([], read).map_err(fail)?;
     let layers = rows.collect::<rusqlite::Result<Vec<_>>>().map_err(fail)?;
@@ -80,6 +85,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Layer> {
         acquired: first.zip(last),
         complete: row.get(9)?,
         digest: digest.map(|d| super::digest::hex(&d)),
+        terms: Terms { licence: row.get(13)?, attribution: row.get(14)? },
     })
 }
 

@@ -2,10 +2,12 @@
 
 use super::connection::{self, Access};
 use super::contract::require_contract;
+use super::migration::PLACES_SINCE;
 use super::source::{self, Source, SourceTable};
+use super::terms::Terms;
 use super::{StoreError, footprint};
 use overfly_core::tile::TileId;
-use rusqlite::{Connection, OptionalExtension};
+use rusqlite::{Connection, OptionalExtension, Row};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -20,6 +22,8 @@ pub struct LayerState {
     pub sources: Vec<Source>,
     /// Base zoom, if the user stated one.
     pub zoom_override: Option<u8>,
+    /// The terms of the finished layer.
+    pub terms: Terms,
     /// The inputs hash of each stored or staged tile.
     pub inputs: HashMap<TileId, [u8; 32]>,
 }
@@ -34,9 +38,9 @@ impl LayerState {
             return Ok(Self::default());
         }
         match connection::open_read(path, Access::Shared) {
-            Ok((connection, _)) => {
+            Ok((connection, version)) => {
                 require_contract(&connection, path)?;
-                Self::load(&connection, layer).map_err(|e| StoreError::sqlite(path, e))
+                Self::load(&connection, version, layer).map_err(|e| StoreError::sqlite(path, e))
             }
             // A store of an older format is migrated when it is opened for writing. Until then its state is unknown.
             Err(StoreError::OlderFormat { .. } | StoreError::Missing { .. }) => Ok(Self::default()),
@@ -44,7 +48,7 @@ impl LayerState {
         }
     }
 
-    fn load(connection: &Connection, layer: &str) -> rusqlite::Result<Self> {
+    fn load(connection: &Connection, version: u32, layer: &str) -> rusqlite::Result<Self> {
         let finished: Option<(bool, Option<u8>)> = connection
             .query_row("SELECT complete, zoom_override FROM overfly_layers WHERE name = ?1", [layer], |row| {
                 Ok((row.get(0)?, row.get(1)?))
@@ -57,11 +61,22 @@ impl LayerState {
         Ok(Self {
             complete: finished.is_some_and(|(complete, _)| complete),
             pending: pending.is_some(),
-            sources: source::load(connection, layer, declared)?,
+            sources: source::load(connection, layer, declared, version)?,
+            terms: terms(connection, version, layer)?,
             zoom_override: pending.unwrap_or_else(|| finished.and_then(|(_, zoom)| zoom)),
             inputs: inputs(connection, layer)?,
         })
     }
+}
+
+/// The terms of a layer: none in a store of an older format.
+fn terms(connection: &Connection, version: u32, layer: &str) -> rusqlite::Result<Terms> {
+    if version < PLACES_SINCE {
+        return Ok(Terms::default());
+    }
+    let sql = "SELECT licence, attribution FROM overfly_layers WHERE name = ?1";
+    let read = |row: &Row<'_>| Ok(Terms { licence: row.get(0)?, attribution: row.get(1)? });
+    Ok(connection.query_row(sql, [layer], read).optional()?.unwrap_or_default())
 }
 
 fn inputs(connection: &Connection, layer: &str) -> rusqlite::Result<HashMap<TileId, [u8; 32]>> {

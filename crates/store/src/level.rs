@@ -19,13 +19,21 @@ pub struct LevelDigests {
     pub cells: String,
 }
 
+/// A level of a layer, in a store of a format version.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelOf<'a> {
+    pub layer: &'a str,
+    pub zoom: u8,
+    pub version: u32,
+}
+
 impl LevelDigests {
     /// Computes the digests from footprints and cells, each by row and column.
-    pub(super) fn from_rows(zoom: u8, footprints: &[Footprint], cells: &[TileCells]) -> Self {
+    pub(super) fn from_rows(level: &LevelOf<'_>, footprints: &[Footprint], cells: &[TileCells]) -> Self {
         Self {
-            zoom,
+            zoom: level.zoom,
             tiles: footprints.len() as u64,
-            footprints: digest::hex(&digest::footprints_digest(footprints.iter())),
+            footprints: digest::hex(&digest::footprints_digest(level, footprints.iter())),
             cells: digest::hex(&digest::cells_digest(cells)),
         }
     }

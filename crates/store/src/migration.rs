@@ -1,22 +1,26 @@
 //! The format versions of a store: the SQL files of `migrations/`, applied in order, forward only.
 
-use super::StoreError;
+use super::{StoreError, places};
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
 /// Version, name and SQL of each migration.
-const MIGRATIONS: [(u32, &str, &str); 5] = [
+const MIGRATIONS: [(u32, &str, &str); 6] = [
     (1, "geopackage", include_str!("../../../migrations/01-geopackage/up.sql")),
     (2, "store", include_str!("../../../migrations/02-store/up.sql")),
     (3, "cells", include_str!("../../../migrations/03-cells/up.sql")),
     (4, "manifest", include_str!("../../../migrations/04-manifest/up.sql")),
     (5, "extension-documents", include_str!("../../../migrations/05-extension-documents/up.sql")),
+    (PLACES_SINCE, "places", include_str!("../../../migrations/06-places/up.sql")),
 ];
 
 /// The format version that this program writes: the version of the last migration.
 pub const FORMAT_VERSION: u32 = MIGRATIONS[MIGRATIONS.len() - 1].0;
 
-/// The oldest format version that this program reads without a migration. Version 5 changes no table that a reader uses.
+/// The first format version in which the hash of a footprint binds its place, and errors may be unknown.
+pub const PLACES_SINCE: u32 = 6;
+
+/// The oldest format version that this program reads without a migration.
 pub const OLDEST_READABLE: u32 = 4;
 
 /// Reads the format version of a store: 0 for an empty file, `None` if the database is not a store.
@@ -52,6 +56,9 @@ pub fn migrate(connection: &Connection, from: u32, to: u32) -> rusqlite::Result<
     )?;
     for (version, name, sql) in MIGRATIONS.into_iter().filter(|(version, ..)| (from + 1..=to).contains(version)) {
         connection.execute_batch(sql)?;
+        if version == PLACES_SINCE {
+            places::fill(connection)?;
+        }
         connection.execute("INSERT INTO overfly_migrations (version, name) VALUES (?1, ?2)", (version, name))?;
     }
     Ok(())

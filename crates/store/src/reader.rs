@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 /// use overfly_core::feature::keypoint::CONTRACT;
 /// use overfly_core::pixels::{Colour, Mask, MaskedColour};
 /// use overfly_core::tile::TileId;
-/// use overfly_store::{BuiltTile, Declaration, Reader, TileContent, Writer};
+/// use overfly_store::{BuiltTile, Declaration, Reader, Terms, TileContent, Writer};
 ///
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("map.gpkg");
@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 /// let pixels = MaskedColour { colour: grey, mask: Mask::filled(512, 512, true) };
 /// let content = Some(TileContent::encode(tile, &pixels, &[], None)?);
 /// let layer = "ortho".to_owned();
-/// let declaration = Declaration { layer, sources: Vec::new(), zoom_override: None, base_zoom: 14, min_zoom: 14 };
+/// let declaration = Declaration { layer, sources: Vec::new(), zoom_override: None, base_zoom: 14, min_zoom: 14, terms: Terms::default() };
 /// let mut writer = Writer::begin(&path, CONTRACT, declaration)?;
 /// writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content })?;
 /// assert_eq!(writer.finish(&|_| true)?, Some(1));
@@ -96,7 +96,7 @@ impl Reader {
         let stamp = FileStamp::read(path)?;
         let (connection, version) = connection::open_read(path, access)?;
         let contract = require_contract(&connection, path)?;
-        let layers = layer::load_all(&connection, path)?;
+        let layers = layer::load_all(&connection, version, path)?;
         if layers.is_empty() {
             return Err(StoreError::NoLayers { path: path.into() });
         }
@@ -109,7 +109,7 @@ impl Reader {
         let manifest = manifest::read(&connection).map_err(fail)?;
         let proof = match access {
             Access::Shared => None,
-            Access::Immutable => Some(FootprintProof::read(&connection, &layers, path)?),
+            Access::Immutable => Some(FootprintProof::read(&connection, &layers, version, path)?),
         };
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
         let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
@@ -276,7 +276,7 @@ impl Reader {
     /// # Errors
     /// Where the store is damaged.
     pub fn sources(&self, layer: &Layer) -> Result<Vec<Source>, StoreError> {
-        let mut sources = self.with(|c| source::load(c, &layer.name, SourceTable::Finished))?;
+        let mut sources = self.with(|c| source::load(c, &layer.name, SourceTable::Finished, self.version))?;
         sources.sort_by(Source::covering_order);
         Ok(sources)
     }

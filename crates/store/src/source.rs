@@ -1,5 +1,7 @@
 //! `Source`: one orthophoto of a layer, as declared.
 
+use super::footprint;
+use super::migration::PLACES_SINCE;
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
 use serde::{Deserialize, Serialize};
@@ -20,8 +22,9 @@ pub struct Source {
     pub crs_epsg: Option<u32>,
     /// Pixel values that become 0 and 255, if stated.
     pub stretch: Option<(f64, f64)>,
-    /// Position error, one standard deviation per axis, metres: the stated error and that of the CRS.
-    pub horizontal_error_m: f64,
+    /// Position error, one standard deviation per axis, metres: the stated error and that of the CRS. `None` where nothing states
+    /// it.
+    pub horizontal_error_m: Option<f64>,
     /// Ground sample distance at the centre, true metres a pixel.
     pub gsd_m_per_px: f64,
     /// Outline, not closed: longitude and latitude, degrees.
@@ -51,9 +54,16 @@ impl SourceTable {
     }
 }
 
-pub(super) fn load(connection: &Connection, layer: &str, table: SourceTable) -> rusqlite::Result<Vec<Source>> {
+pub(super) fn load(
+    connection: &Connection,
+    layer: &str,
+    table: SourceTable,
+    version: u32,
+) -> rusqlite::Result<Vec<Source>> {
+    // Before, 0 stood for an unknown error.
+    let error = if version < PLACES_SINCE { "nullif(horizontal_error_m, 0.0)" } else { "horizontal_error_m" };
     let sql = format!(
-        "SELECT content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, horizontal_error_m, gsd_m_per_px,
+        "SELECT content_hash, path, acquired, crs_epsg, stretch_low, stretch_high, {error}, gsd_m_per_px,
                 outline
          FROM {} WHERE layer = ?1 ORDER BY content_hash",
         table.name()
@@ -73,7 +83,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Source> {
         acquired: row.get(2)?,
         crs_epsg: row.get(3)?,
         stretch: low.zip(high),
-        horizontal_error_m: row.get(6)?,
+        horizontal_error_m: footprint::error_at(row, 6)?,
         gsd_m_per_px: row.get(7)?,
         outline_deg: outline_from_blob(&outline).ok_or_else(|| {
             rusqlite::Error::FromSqlConversionFailure(8, Type::Blob, "an outline of odd length".into())
@@ -83,6 +93,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Source> {
 
 pub(super) fn insert(
     connection: &Connection,
+    version: u32,
     layer: &str,
     table: SourceTable,
     source: &Source,
@@ -101,7 +112,7 @@ pub(super) fn insert(
         source.crs_epsg,
         source.stretch.map(|s| s.0),
         source.stretch.map(|s| s.1),
-        source.horizontal_error_m,
+        source.horizontal_error_m.or((version < PLACES_SINCE).then_some(0.0)),
         source.gsd_m_per_px,
         outline_blob(&source.outline_deg),
     ])?;

@@ -3,7 +3,7 @@
 use super::cells::TileCells;
 use super::footprint::{self, Footprint};
 use super::imagery::{self, EncodedTile};
-use super::level::LevelDigests;
+use super::level::{LevelDigests, LevelOf};
 use super::{Layer, Reader, StoreError, TileContent, cells, digest};
 use overfly_core::feature::CellMap;
 use overfly_core::pixels::MaskedColour;
@@ -213,13 +213,21 @@ impl Reader {
     pub fn level_digests(&self, layer: &Layer, zoom: u8) -> Result<LevelDigests, StoreError> {
         let footprints = self.footprints(layer, zoom)?;
         let cells = self.with(|c| cells::load(c, &layer.name, zoom))?;
-        Ok(LevelDigests::from_rows(zoom, &footprints, &cells))
+        let level = LevelOf { layer: &layer.name, zoom, version: self.format_version() };
+        Ok(LevelDigests::from_rows(&level, &footprints, &cells))
     }
 
     fn parts(&self, layer: &Layer, tile: TileId) -> Result<Option<Parts>, StoreError> {
-        let sql = format!("SELECT {}, t.tile_data, d.descriptors, c.cells {}", footprint::COLUMNS, tables(&layer.name));
+        let sql = format!(
+            "SELECT {}, t.tile_data, d.descriptors, c.cells {}",
+            footprint::columns(self.format_version()),
+            tables(&layer.name)
+        );
         let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
-        let read = |row: &Row<'_>| Ok((footprint::read(row)?, row.get(10)?, row.get(11)?, row.get(12)?));
+        let read = |row: &Row<'_>| {
+            let after = |n: usize| row.get(footprint::COLUMN_COUNT + n);
+            Ok((footprint::read(row)?, after(0)?, after(1)?, after(2)?))
+        };
         self.with(|c| c.prepare_cached(&sql)?.query_row(key, read).optional())
     }
 

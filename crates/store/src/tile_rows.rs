@@ -2,6 +2,8 @@
 
 use super::footprint::Footprint;
 use super::geometry::polygon_blob;
+use super::{digest, migration};
+use overfly_core::pixels::MaskOutline;
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, params};
 
@@ -14,13 +16,37 @@ pub(super) struct TileRows<'a> {
 }
 
 /// Inserts a tile that the layer does not have yet.
-pub(super) fn insert_tile(connection: &Connection, layer: &str, rows: &TileRows<'_>) -> rusqlite::Result<()> {
-    let (known, tile) = (rows.footprint, rows.footprint.tile);
+pub(super) fn insert_tile(
+    connection: &Connection,
+    version: u32,
+    layer: &str,
+    rows: &TileRows<'_>,
+) -> rusqlite::Result<()> {
+    let tile = rows.footprint.tile;
     connection
         .prepare_cached(&format!(
             "INSERT INTO \"{layer}\" (zoom_level, tile_column, tile_row, tile_data) VALUES (?1, ?2, ?3, ?4)"
         ))?
         .execute(params![tile.zoom(), tile.column(), tile.row(), rows.image])?;
+    let footprint = insert_footprint(connection, version, layer, rows.footprint)?;
+    if let Some(descriptors) = rows.descriptors {
+        connection
+            .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
+            .execute(params![footprint, descriptors])?;
+    }
+    if let Some(cells) = rows.cells {
+        connection
+            .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
+            .execute(params![footprint, cells])?;
+    }
+    Ok(())
+}
+
+/// Inserts a footprint, and returns its `fid`.
+fn insert_footprint(connection: &Connection, version: u32, layer: &str, known: &Footprint) -> rusqlite::Result<i64> {
+    let tile = known.tile;
+    let binds_places = version >= migration::PLACES_SINCE;
+    let error_m = known.horizontal_error_m.or((!binds_places).then_some(0.0));
     connection
         .prepare_cached(
             "INSERT INTO footprints
@@ -38,22 +64,17 @@ pub(super) fn insert_tile(connection: &Connection, layer: &str, rows: &TileRows<
             known.sources,
             known.acquired,
             known.valid_fraction,
-            known.horizontal_error_m,
+            error_m,
             known.keypoints,
             known.distinctiveness,
         ])?;
-    let footprint = connection.last_insert_rowid();
-    if let Some(descriptors) = rows.descriptors {
-        connection
-            .prepare_cached("INSERT INTO overfly_descriptors (footprint, descriptors) VALUES (?1, ?2)")?
-            .execute(params![footprint, descriptors])?;
+    let fid = connection.last_insert_rowid();
+    if binds_places {
+        connection.prepare_cached("UPDATE footprints SET valid_outline = ?2, hash = ?3 WHERE fid = ?1")?.execute(
+            params![fid, known.valid_outline.as_ref().map(MaskOutline::to_bytes), digest::footprint_hash(layer, known)],
+        )?;
     }
-    if let Some(cells) = rows.cells {
-        connection
-            .prepare_cached("INSERT INTO overfly_cells (footprint, cells) VALUES (?1, ?2)")?
-            .execute(params![footprint, cells])?;
-    }
-    Ok(())
+    Ok(fid)
 }
 
 /// Deletes imagery, footprint, descriptors and cells of a tile. A trigger updates the R-tree.

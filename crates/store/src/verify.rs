@@ -3,7 +3,8 @@
 
 use super::connection::{self, APPLICATION_ID, Access, USER_VERSION};
 use super::contract::require_contract;
-use super::footprint::{self, Footprint};
+use super::digest::LayerHashed;
+use super::footprint::{self, COLUMN_COUNT, Footprint};
 use super::layer::{self, Layer};
 use super::source::{self, SourceTable};
 use super::{StoreError, digest, geometry, geopackage, imagery, reader};
@@ -44,9 +45,9 @@ pub struct BadTile {
 /// # Errors
 /// Where the file cannot be opened as a store. Problems inside the store are in the result.
 pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, StoreError> {
-    let (connection, _) = connection::open_read(path, Access::Shared)?;
+    let (connection, version) = connection::open_read(path, Access::Shared)?;
     let contract = require_contract(&connection, path)?;
-    let layers = layer::load_all(&connection, path)?;
+    let layers = layer::load_all(&connection, version, path)?;
     let mut findings = Findings { bad_tiles: Vec::new(), problems: Vec::new(), tiles: 0 };
     findings.check("SQLite integrity", integrity(&connection));
     findings.check("GeoPackage header", header(&connection));
@@ -58,8 +59,8 @@ pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, 
             continue;
         }
         findings.check(&format!("layer {}", layer.name), declaration(&connection, layer));
-        findings.check(&format!("layer {}", layer.name), layer_rows(&connection, layer));
-        if let Err(error) = findings.tiles(&connection, layer, &|done| progress(done, total)) {
+        findings.check(&format!("layer {}", layer.name), layer_rows(&connection, version, layer));
+        if let Err(error) = findings.tiles(&connection, version, layer, &|done| progress(done, total)) {
             findings.problems.push(format!("layer {}: its tiles cannot be read: {error}", layer.name));
         }
     }
@@ -85,17 +86,29 @@ impl Findings {
     }
 
     /// Compares imagery, descriptors and cells of every tile with its footprint.
-    fn tiles(&mut self, connection: &Connection, layer: &Layer, progress: &dyn Fn(u64)) -> rusqlite::Result<()> {
+    fn tiles(
+        &mut self,
+        connection: &Connection,
+        version: u32,
+        layer: &Layer,
+        progress: &dyn Fn(u64),
+    ) -> rusqlite::Result<()> {
         let sql = format!(
             "SELECT {}, f.fid, f.geom FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
-            footprint::COLUMNS
+            footprint::columns(version)
         );
         let mut statement = connection.prepare(&sql)?;
         let mut rows = statement.query([&layer.name])?;
         while let Some(row) = rows.next()? {
             let footprint = footprint::read(row)?;
-            let found = bad_tile(connection, layer, &footprint, row.get(10)?, &row.get::<_, Vec<u8>>(11)?)
-                .unwrap_or_else(|error| Some(error.to_string()));
+            let found = bad_tile(
+                connection,
+                layer,
+                &footprint,
+                row.get(COLUMN_COUNT)?,
+                &row.get::<_, Vec<u8>>(COLUMN_COUNT + 1)?,
+            )
+            .unwrap_or_else(|error| Some(error.to_string()));
             if let Some(reason) = found {
                 self.bad_tiles.push(BadTile { layer: layer.name.clone(), id: footprint.tile.to_string(), reason });
             }
@@ -225,7 +238,7 @@ fn declaration(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<S
 }
 
 /// Checks the number of tiles of a layer, tiles without a footprint, and the digest.
-fn layer_rows(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<String>> {
+fn layer_rows(connection: &Connection, version: u32, layer: &Layer) -> rusqlite::Result<Vec<String>> {
     let mut problems = Vec::new();
     let mut statement = connection.prepare(&format!(
         "SELECT t.zoom_level, t.tile_column, t.tile_row FROM \"{}\" t
@@ -242,8 +255,8 @@ fn layer_rows(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<St
     if u64::from(tiles) != layer.tiles {
         problems.push(format!("{tiles} tiles, but {} are stated", layer.tiles));
     }
-    let sources = source::load(connection, &layer.name, SourceTable::Finished)?;
-    let digest = digest::layer_digest(connection, &layer.name, layer.base_zoom, layer.min_zoom, &sources)?;
+    let sources = source::load(connection, &layer.name, SourceTable::Finished, version)?;
+    let digest = digest::layer_digest(connection, &LayerHashed::of(layer), version, &sources)?;
     if Some(digest::hex(&digest)) != layer.digest {
         problems.push("its rows do not have the stated digest".into());
     }

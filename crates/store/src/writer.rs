@@ -11,7 +11,8 @@ use super::geometry::polygon_blob;
 use super::layer;
 use super::source::{self, SourceTable};
 use super::tile_rows::{self, TileRows, insert_tile};
-use super::{StoreError, connection, finish, geopackage};
+use super::{FORMAT_VERSION, StoreError, connection, digest, finish, geopackage};
+use overfly_core::pixels::MaskOutline;
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::{Path, PathBuf};
@@ -169,7 +170,7 @@ pub fn remove_layer(path: &Path, name: &str) -> Result<(), StoreError> {
     let fail = |e| StoreError::sqlite(path, e);
     let connection = connection::open_write(path)?;
     require_contract(&connection, path)?;
-    let layers = layer::load_all(&connection, path)?;
+    let layers = layer::load_all(&connection, FORMAT_VERSION, path)?;
     if !layers.iter().any(|l| l.name == name) {
         let known: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
         return Err(StoreError::NoLayer { path: path.into(), name: name.into(), known: known.join(", ") });
@@ -196,7 +197,7 @@ fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError>
 
 /// Writes the declaration. Returns whether the layer is finished, so that tiles must be staged.
 fn declare(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 32]) -> rusqlite::Result<bool> {
-    let Declaration { layer, zoom_override, base_zoom, min_zoom, sources } = declaration;
+    let Declaration { layer, zoom_override, base_zoom, min_zoom, sources, .. } = declaration;
     geopackage::create_tile_table(connection, layer)?;
     connection.execute(
         "INSERT INTO overfly_layers (name, complete, zoom_override, base_zoom, min_zoom) VALUES (?1, 0, ?2, ?3, ?4)
@@ -211,7 +212,7 @@ fn declare(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 
     )?;
     connection.execute("DELETE FROM overfly_pending_sources WHERE layer = ?1", [layer])?;
     for source in sources {
-        source::insert(connection, layer, SourceTable::Pending, source)?;
+        source::insert(connection, FORMAT_VERSION, layer, SourceTable::Pending, source)?;
     }
     connection.query_row("SELECT complete FROM overfly_layers WHERE name = ?1", [layer], |row| row.get(0))
 }
@@ -220,12 +221,13 @@ fn declare(connection: &Connection, declaration: &Declaration, plan_hash: &[u8; 
 fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::Result<()> {
     let tile = built.tile;
     let content = built.content.as_ref();
+    let footprint = content.map(|c| c.footprint(tile));
     connection
         .prepare_cached(
             "INSERT OR REPLACE INTO overfly_staged
                  (layer, zoom, tile_row, tile_column, inputs_hash, tile_data, geom, content_hash, sources, acquired,
-                  valid_fraction, horizontal_error_m, keypoints, distinctiveness, descriptors, cells)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+                  valid_fraction, horizontal_error_m, keypoints, distinctiveness, descriptors, cells, valid_outline, hash)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18)",
         )?
         .execute(params![
             layer,
@@ -239,11 +241,13 @@ fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
             content.map(|c| &c.sources),
             content.and_then(|c| c.acquired.as_deref()),
             content.map(|c| c.valid_fraction),
-            content.map(|c| c.horizontal_error_m),
+            content.and_then(|c| c.horizontal_error_m),
             content.map(|c| c.keypoints),
             content.map(|c| c.distinctiveness),
             content.and_then(|c| c.descriptors.as_deref()),
             content.map(|c| &c.cells),
+            footprint.as_ref().and_then(|f| f.valid_outline.as_ref()).map(MaskOutline::to_bytes),
+            footprint.as_ref().map(|f| digest::footprint_hash(layer, f)),
         ])?;
     Ok(())
 }
@@ -260,7 +264,7 @@ fn replace(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite:
             descriptors: content.descriptors.as_deref(),
             cells: Some(&content.cells),
         };
-        insert_tile(connection, layer, &rows)?;
+        insert_tile(connection, FORMAT_VERSION, layer, &rows)?;
     }
     tile_rows::put_inputs(connection, layer, tile, &built.inputs_hash)
 }

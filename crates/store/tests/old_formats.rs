@@ -8,8 +8,8 @@ use overfly_store::package::{
     write_seal,
 };
 use overfly_store::{
-    BuiltTile, Declaration, Extract, FORMAT_VERSION, LayerPart, LayerState, OLDEST_READABLE, Reader, TileContent,
-    Writer, verify,
+    BuiltTile, Declaration, Extract, FORMAT_VERSION, LayerPart, LayerState, OLDEST_READABLE, Reader, Terms,
+    TileContent, Writer, verify,
 };
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,14 @@ fn tiles(count: u32) -> Vec<TileId> {
 }
 
 fn declaration() -> Declaration {
-    Declaration { layer: "ortho".into(), sources: Vec::new(), zoom_override: None, base_zoom: 9, min_zoom: 9 }
+    Declaration {
+        layer: "ortho".into(),
+        sources: Vec::new(),
+        zoom_override: None,
+        base_zoom: 9,
+        min_zoom: 9,
+        terms: Terms::default(),
+    }
 }
 
 /// Builds a store of `count` tiles in this program's format.
@@ -54,11 +61,13 @@ fn copied(from: &Reader, path: &Path, version: u32, sealed: bool) -> PathBuf {
     let (level, _) = extract.level("ortho", 9).unwrap();
     let manifest = Manifest {
         format: Manifest::format(),
+        name: None,
+        serial: None,
         store_format: version,
         descriptor_contract: CONTRACT.into(),
         digest: extract.digest().unwrap(),
         cut_from: from.digest().into(),
-        layers: vec![ManifestLayer::new(&extract.layers().unwrap()[0], 0.0, vec![level])],
+        layers: vec![ManifestLayer::new(&extract.layers().unwrap()[0], Some(0.0), vec![level])],
         route: ManifestRoute { lines_deg: Vec::new(), corridor_m: 1.0, widest_m: 1.0, grown_by: None },
         calibration: None,
         dropped: Vec::new(),
@@ -85,7 +94,8 @@ fn an_older_store_is_read_as_it_is_and_a_build_migrates_it() {
     let old = copied(&current, &folder.path().join("old.gpkg"), OLDEST_READABLE, false);
     let bytes = std::fs::read(&old).unwrap();
     for reader in [Reader::open(&old).unwrap(), Reader::open_onboard(&old).unwrap()] {
-        assert_eq!((reader.format_version(), reader.digest()), (OLDEST_READABLE, current.digest()));
+        assert_eq!(reader.format_version(), OLDEST_READABLE);
+        assert_ne!(reader.digest(), current.digest(), "a format that binds places has other digests");
         assert!(reader.tile(reader.layer("ortho").unwrap(), tiles(1)[0]).unwrap().is_some());
     }
     assert!(verify(&old, &|_, _| ()).unwrap().ok);

@@ -82,6 +82,7 @@ fn landscape(path: &Path) -> anyhow::Result<Reader> {
     let request = build::Request {
         db: path.into(),
         layer: LAYER.into(),
+        horizontal_error_m: Some(0.0),
         sources: vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tiles/epoch_1")],
         threads: 2,
         ..build::Request::default()
@@ -174,6 +175,7 @@ fn write(path: &Path, landscape: &Reader, blocks: &[Vec<BlockTile>], bytes: u64)
         zoom_override: None,
         base_zoom: layer.base_zoom,
         min_zoom: layer.base_zoom - LEVELS,
+        terms: layer.terms.clone(),
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration)?;
     let mut written = 0;
@@ -220,6 +222,7 @@ fn content_of(tile: StoredTile) -> anyhow::Result<TileContent> {
         acquired: footprint.acquired,
         valid_fraction: footprint.valid_fraction,
         horizontal_error_m: footprint.horizontal_error_m,
+        valid_outline: footprint.valid_outline,
         keypoints: footprint.keypoints,
         distinctiveness: footprint.distinctiveness,
     })

@@ -34,6 +34,8 @@ pub fn build_store(db: &Path, tiles: &Path, threads: usize, output: &Output) -> 
         layer: LAYER.into(),
         sources: vec![tiles.join("epoch_1")],
         date: Some("2018-06-12".into()),
+        // Drawn: its places are exact.
+        horizontal_error_m: Some(0.0),
         threads,
         replace_layer: true,
         ..build::Request::default()

@@ -6,7 +6,7 @@ use crate::cli::number;
 use crate::cli::output::Output;
 use crate::cli::preflight::remedy::explain_rejected;
 use overfly_ingest::build::{self, BuildEstimate, BuildSummary, Progress, Rejected, Request};
-use overfly_store::remove_layer;
+use overfly_store::{Terms, remove_layer};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -50,9 +50,16 @@ pub struct Args {
     #[arg(long, value_name = "LO,HI", value_parser = number::stretch, allow_hyphen_values = true)]
     stretch: Option<(f64, f64)>,
     /// Position error of the given sources, one standard deviation per axis, metres; it is part of the covariance of every fix made on
-    /// them. Never less than the uncertainty of their datum shift (1 m for NAD83), which is the default
+    /// them, and never less than the uncertainty of their datum shift (1 m for NAD83). Not stated, it is unknown: fixes then count with
+    /// half a pixel, at least 3 m
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     horizontal_error_m: Option<f64>,
+    /// Licence of the layer's imagery: an SPDX identifier, a name or a URL [default: as the layer has it]
+    #[arg(long, value_name = "TEXT")]
+    licence: Option<String>,
+    /// Whom maps of the layer must name [default: as the layer has it]
+    #[arg(long, value_name = "TEXT")]
+    attribution: Option<String>,
     /// Threads for warping and encoding [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -114,6 +121,7 @@ fn request(args: &Args) -> Request {
         crs: args.crs,
         stretch: args.stretch,
         horizontal_error_m: args.horizontal_error_m,
+        terms: Terms { licence: args.licence.clone(), attribution: args.attribution.clone() },
         threads: args.threads.map_or_else(cores, usize::from),
         replace_layer: args.replace_layer,
         remove_sources: args.remove_source.clone(),

@@ -32,7 +32,7 @@ byte, and no build writes to it.
 Examples:
   overfly export --db map.gpkg --route route.geojson --corridor-m 1500 --out flight.gpkg --dry-run
   overfly export --db map.gpkg --route route.gpx --corridor-m 500 --aircraft aircraft.toml --calibration calibration.toml \\
-      --out flight.gpkg --valid-until 2027-03-31 --sign ground.key";
+      --out flight.gpkg --valid-until 2027-03-31 --name \"Survey 7\" --serial 12 --sign ground.key";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -65,8 +65,14 @@ pub struct Args {
     /// The last day on which the export may be flown (UTC).
     #[arg(long, value_name = "DATE", value_parser = parse_date)]
     valid_until: Option<Date>,
-    /// Sign the export with this key (see `overfly keygen`).
-    #[arg(long, value_name = "KEY")]
+    /// The mission's name, which the manifest states and `overfly verify` prints.
+    #[arg(long, value_name = "TEXT")]
+    name: Option<String>,
+    /// Serial number of the export. Count up: an aircraft takes no store of a lower number than that of the store it has.
+    #[arg(long, value_name = "N")]
+    serial: Option<u64>,
+    /// Sign the export with this key (see `overfly keygen`). Needs --serial.
+    #[arg(long, value_name = "KEY", requires = "serial")]
     sign: Option<PathBuf>,
     /// Widen the corridor along the route by this aircraft's drift (see `overfly plan --help`).
     #[arg(long, value_name = "FILE")]
@@ -123,6 +129,8 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
         max_bytes: args.max_bytes,
         jpeg_quality: args.jpeg_quality,
         valid_until: args.valid_until,
+        name: args.name.clone(),
+        serial: args.serial,
         key: args.sign.as_deref().map(SecretKey::read).transpose()?,
     })
 }

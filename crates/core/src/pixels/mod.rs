@@ -5,10 +5,12 @@
 mod colour;
 mod gray;
 mod mask;
+mod mask_outline;
 mod masked_colour;
 mod shrink;
 
 pub use colour::Colour;
 pub use gray::Gray;
 pub use mask::Mask;
+pub use mask_outline::{MaskOutline, OUTLINE_CELL_PX};
 pub use masked_colour::MaskedColour;

@@ -12,7 +12,7 @@ use overfly_core::camera::{Camera, View};
 use overfly_core::coupling::nominal_count_sequential;
 use overfly_core::geodesy::{BodyFrame, Enu, Geodetic, Heading, LocalFrame};
 use overfly_core::tile::{TileId, gsd_at};
-use overfly_store::{Footprint, StoreError};
+use overfly_store::{Footprint, StoreError, default_error_m};
 
 /// The smallest false-fix probability that is stated. None of 20,000 negative trials was accepted, which proves no rate below 3 in
 /// 20,000.
@@ -96,7 +96,9 @@ fn fix(
     let Some(nadir) = nadir(&camera, image_centre, estimate.heading_rad) else { return Ok(None) };
     let gsd = gsd_at(image_centre, estimate.zoom);
     let footprint = footprint_at(context, image_centre)?;
-    let map_error_m = footprint.as_ref().map_or(0.0, |f| f.horizontal_error_m);
+    let finest_m_per_px = gsd_at(image_centre, context.layer.base_zoom).mean_m_per_px();
+    let map_error_m =
+        footprint.as_ref().map_or_else(|| default_error_m(finest_m_per_px), |f| f.error_or_default_m(finest_m_per_px));
     let covariances = FixCovariances::new(&estimate, tilt.as_ref(), view, &camera, gsd, map_error_m);
     // A view without a height looks straight down: its nadir is the image's centre.
     let (position_of, covariance, attitude_sigma_rad) = match view {

@@ -256,6 +256,7 @@ mod tests {
             acquired: None,
             complete: true,
             digest: None,
+            terms: Default::default(),
         }
     }
 

@@ -59,9 +59,12 @@ impl BuildPlan {
             levels.into_iter().map(|level| level.into_iter().filter(stale).collect()).collect();
         let obsolete = draft.inputs.keys().filter(|tile| !required.contains_key(tile)).count();
         let nothing_to_do = base.is_empty() && overviews.iter().all(Vec::is_empty) && obsolete == 0;
-        let same = same_sources(&draft.sources, &sources) && zoom_override == draft.zoom_override;
+        let terms = if request.replace_layer { request.terms.clone() } else { request.terms.or(&draft.terms) };
+        let same_layer = zoom_override == draft.zoom_override && terms == draft.terms;
+        let same = same_sources(&draft.sources, &sources) && same_layer;
         let up_to_date = draft.complete && !draft.pending && nothing_to_do && same;
-        let declaration = Declaration { layer: request.layer.clone(), sources, zoom_override, base_zoom, min_zoom };
+        let layer = request.layer.clone();
+        let declaration = Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms };
         Ok(Self { declaration, required, base, overviews, obsolete, up_to_date })
     }
 

@@ -7,7 +7,7 @@ use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash};
 use crate::remedy::Remedy;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::tile::zoom_for_gsd;
-use overfly_store::Source;
+use overfly_store::{Source, default_error_m};
 use std::path::Path;
 
 /// A given source and its size.
@@ -33,7 +33,11 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
         acquired: request.date.clone().or_else(|| description.acquired.clone()),
         crs_epsg: request.crs,
         stretch: request.stretch,
-        horizontal_error_m: request.horizontal_error_m.unwrap_or(0.0).max(description.crs_error_m),
+        horizontal_error_m: horizontal_error_m(
+            request.horizontal_error_m,
+            description.crs_error_m,
+            description.gsd_m_per_px,
+        ),
         gsd_m_per_px: description.gsd_m_per_px,
         outline_deg: description.outline.iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect(),
     };
@@ -50,6 +54,15 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
         });
     }
     Ok(DeclaredSource { source, pixels: description.width_px.saturating_mul(description.height_px) })
+}
+
+/// The error of a source, metres: the stated one, at least that of its CRS. `None` where neither is known; the error of the CRS alone
+/// counts with the default of an unknown one.
+fn horizontal_error_m(stated_m: Option<f64>, crs_m: f64, gsd_m_per_px: f64) -> Option<f64> {
+    match stated_m {
+        Some(stated_m) => Some(stated_m.max(crs_m)),
+        None => (crs_m > 0.0).then(|| default_error_m(gsd_m_per_px).max(crs_m)),
+    }
 }
 
 /// Whether the source has a valid pixel. Tiles are warped from the middle outwards until one has; usually the first does.

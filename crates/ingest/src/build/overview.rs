@@ -3,7 +3,9 @@
 use super::composite::TileFailure;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::{TILE_SIZE_PX, TileId};
-use overfly_store::{Child, EncodedTile, StoreError, TileContent, cells_blob, content_hash, decode, encode};
+use overfly_store::{
+    Child, EncodedTile, StoreError, TileContent, cells_blob, content_hash, decode, encode, larger_error, outline_of,
+};
 
 /// The least number of valid pixels, of four, that make a valid pixel: half.
 const ENOUGH: u32 = 2;
@@ -36,7 +38,8 @@ pub fn shrink(tile: TileId, children: &[Option<Child>; 4]) -> Result<Option<Tile
         sources: union(below().map(|c| c.sources.as_str())),
         acquired: below().filter_map(|c| c.acquired.clone()).max(),
         valid_fraction: pixels.mask.valid_fraction(),
-        horizontal_error_m: below().map(|c| c.horizontal_error_m).fold(0.0, f64::max),
+        horizontal_error_m: below().map(|c| c.horizontal_error_m).reduce(larger_error).flatten(),
+        valid_outline: outline_of(&pixels.mask),
         keypoints: 0,
         distinctiveness: 0.0,
     }))

@@ -3,6 +3,7 @@
 use super::error::BuildError;
 use jiff::civil::Date;
 use overfly_core::tile::MAX_ZOOM;
+use overfly_store::{MOST_ERROR_M, Terms};
 use std::path::PathBuf;
 
 /// A build of one layer of one store.
@@ -22,8 +23,10 @@ pub struct Request {
     pub crs: Option<u32>,
     /// Sample values shown as 0 and 255.
     pub stretch: Option<(f64, f64)>,
-    /// Standard deviation per axis of the given sources' positions, metres; 0 by default.
+    /// Standard deviation per axis of the given sources' positions, metres: `None` where it is not known.
     pub horizontal_error_m: Option<f64>,
+    /// Licence and attribution of the layer: where one is not stated, that which the layer has stays.
+    pub terms: Terms,
     /// Threads that warp and encode, at least 1.
     pub threads: usize,
     /// Whether the layer is made of the given sources only.
@@ -50,8 +53,8 @@ impl Request {
             (_, Some((low, high)), _) if !(low.is_finite() && high.is_finite() && low < high) => {
                 refuse("stretch", low, "two finite numbers, the lower first")
             }
-            (.., Some(error_m)) if !(0.0..1e6).contains(&error_m) => {
-                refuse("horizontal_error_m", error_m, "metres, zero or more")
+            (.., Some(error_m)) if !(0.0..=MOST_ERROR_M).contains(&error_m) => {
+                refuse("horizontal_error_m", error_m, "metres, from 0 to 10000")
             }
             _ => Ok(()),
         }

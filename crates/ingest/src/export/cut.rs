@@ -7,7 +7,7 @@ use super::request::ExportRequest;
 use super::selection::select;
 use super::size_reduction::{reduce_size, stated_quality};
 use overfly_store::package::{Dropped, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, write_seal};
-use overfly_store::{AtomicFile, Extract, FileKind, LayerPart, Reader, TileSizes, file_len, hex};
+use overfly_store::{AtomicFile, Extract, FileKind, LayerPart, Reader, TileSizes, file_len, hex, larger_error};
 use serde::Serialize;
 use std::path::Path;
 
@@ -175,10 +175,10 @@ fn make_manifest(
     let mut layers = Vec::new();
     for layer in extract.layers()? {
         let mut levels = Vec::new();
-        let mut horizontal_error_m: f64 = 0.0;
+        let mut horizontal_error_m = Some(0.0);
         for zoom in layer.min_zoom..=layer.base_zoom {
             let (level, footprints) = extract.level(&layer.name, zoom)?;
-            horizontal_error_m = footprints.iter().map(|f| f.horizontal_error_m).fold(horizontal_error_m, f64::max);
+            horizontal_error_m = footprints.iter().map(|f| f.horizontal_error_m).fold(horizontal_error_m, larger_error);
             levels.push(level);
         }
         layers.push(ManifestLayer::new(&layer, horizontal_error_m, levels));
@@ -193,6 +193,8 @@ fn make_manifest(
     };
     Ok(Manifest {
         format: Manifest::format(),
+        name: request.name.clone(),
+        serial: request.serial,
         store_format: overfly_store::FORMAT_VERSION,
         descriptor_contract: store.descriptor_contract().to_owned(),
         digest: extract.digest()?,

@@ -24,6 +24,10 @@ pub struct ExportRequest {
     pub jpeg_quality: Option<u8>,
     /// The last day on which the export may be flown.
     pub valid_until: Option<Date>,
+    /// The mission's name, for people.
+    pub name: Option<String>,
+    /// The serial number: an aircraft takes no store of a lower one than it has.
+    pub serial: Option<u64>,
     /// The key to sign with.
     pub key: Option<SecretKey>,
 }
@@ -40,6 +44,8 @@ impl ExportRequest {
             max_bytes: None,
             jpeg_quality: None,
             valid_until: None,
+            name: None,
+            serial: None,
             key: None,
         }
     }

@@ -92,6 +92,7 @@ mod tests {
             acquired: acquired.map(|d| (d.into(), d.into())),
             complete: true,
             digest: None,
+            terms: Default::default(),
         }
     }
 

@@ -117,6 +117,7 @@ mod tests {
             acquired: acquired.map(|(a, b)| (a.into(), b.into())),
             complete: true,
             digest: None,
+            terms: Default::default(),
         }
     }
 

@@ -1,24 +1,32 @@
 //! `Manifest`: the description of an exported store, as JSON: one line, no blanks, keys in the order of the fields here.
 
 use super::date::parse_date;
-use crate::{Layer, LevelDigests};
+use crate::{Layer, LevelDigests, MOST_ERROR_M, Terms};
 use jiff::civil::Date;
 use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use serde::{Deserialize, Serialize};
 
 /// The value of `format`.
-const FORMAT: &str = "overfly package 1";
+const FORMAT: &str = "overfly package 2";
+/// That of programs which stated neither serial, name nor terms, and 0 for an unknown error.
+const FIRST_FORMAT: &str = "overfly package 1";
 
 /// The description of an exported store.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// `overfly package 1`.
+    /// `overfly package 2`, or 1 in stores that an older program exported.
     pub format: String,
     /// Format version of the store.
     pub store_format: u32,
     /// Descriptor contract of its tiles.
     pub descriptor_contract: String,
+    /// The mission's name, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Stores of a higher number replace those of a lower one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<u64>,
     /// Digest of the store, hexadecimal.
     pub digest: String,
     /// Digest of the store that it was exported from, hexadecimal.
@@ -56,8 +64,11 @@ pub struct ManifestLayer {
     pub bounds_deg: GeodeticBounds,
     /// Earliest and latest acquisition date of its sources, if known.
     pub acquired: Option<(String, String)>,
-    /// Largest horizontal error of its tiles, one standard deviation per axis, metres.
-    pub horizontal_error_m: f64,
+    /// Largest horizontal error of its tiles, one standard deviation per axis, metres: `None` where that of any is unknown.
+    pub horizontal_error_m: Option<f64>,
+    /// Under what terms its imagery may be used.
+    #[serde(default, skip_serializing_if = "Terms::is_empty")]
+    pub terms: Terms,
     /// Digest over the footprints of all its levels, hexadecimal. Each footprint states the content hash of its tile.
     pub digest: String,
     /// Digests of its levels, coarsest first.
@@ -90,7 +101,7 @@ pub struct Dropped {
 
 impl ManifestLayer {
     /// Describes a finished layer and its levels.
-    pub fn new(layer: &Layer, horizontal_error_m: f64, levels: Vec<LevelDigests>) -> Self {
+    pub fn new(layer: &Layer, horizontal_error_m: Option<f64>, levels: Vec<LevelDigests>) -> Self {
         Self {
             name: layer.name.clone(),
             base_zoom: layer.base_zoom,
@@ -100,6 +111,7 @@ impl ManifestLayer {
             bounds_deg: layer.bounds_deg,
             acquired: layer.acquired.clone(),
             horizontal_error_m,
+            terms: layer.terms.clone(),
             digest: layer.digest.clone().unwrap_or_default(),
             levels,
         }
@@ -128,9 +140,10 @@ impl Manifest {
     /// What is wrong: not a manifest, another format, or a text that this program would write differently.
     pub fn from_text(text: &str) -> Result<Self, String> {
         let manifest: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
-        if manifest.format != FORMAT {
+        if ![FORMAT, FIRST_FORMAT].contains(&manifest.format.as_str()) {
             return Err(format!("its format is {:?}, this program's is {FORMAT:?}", manifest.format));
         }
+        manifest.check_layers()?;
         if let Some(day) = &manifest.valid_until {
             parse_date(day)?;
         }
@@ -138,6 +151,14 @@ impl Manifest {
             return Err("this program would write it differently".into());
         }
         Ok(manifest)
+    }
+
+    fn check_layers(&self) -> Result<(), String> {
+        let is_error = |error_m: f64| (0.0..=MOST_ERROR_M).contains(&error_m);
+        match self.layers.iter().find(|layer| !layer.horizontal_error_m.is_none_or(is_error)) {
+            None => Ok(()),
+            Some(layer) => Err(format!("it states a horizontal error for layer {} that no map can have", layer.name)),
+        }
     }
 
     /// Returns the last day on which the store may be flown.

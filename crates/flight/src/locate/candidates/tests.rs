@@ -15,10 +15,11 @@ fn footprint(tile: TileId) -> Footprint {
         content_hash: [0; 32],
         acquired: Some("2018-07-16".into()),
         valid_fraction: 1.0,
-        horizontal_error_m: 1.0,
+        horizontal_error_m: Some(1.0),
         keypoints: 7,
         distinctiveness: 0.5,
         sources: String::new(),
+        valid_outline: None,
     }
 }
 

@@ -10,7 +10,7 @@ use crate::build::build_plan::{cover, tile_inputs};
 use crate::build::composite::TileFailure;
 use crate::build::overview::shrink;
 use overfly_core::tile::TileId;
-use overfly_store::{Extract, LayerHead, Source, StoreError, StoredTile};
+use overfly_store::{Extract, LayerHead, Source, StoreError, StoredTile, Terms};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -50,7 +50,9 @@ impl<'a> Union<'a> {
         let (required, levels) = tile_inputs(&sources, &cover);
         let stated = shards.iter().any(|s| s.zoom_override.is_some());
         let min_zoom = base_zoom - levels.len() as u8;
-        let head = LayerHead { name: name.into(), base_zoom, min_zoom, zoom_override: stated.then_some(base_zoom) };
+        let terms = shards.iter().fold(Terms::default(), |terms, shard| terms.or(&shard.layer.terms));
+        let zoom_override = stated.then_some(base_zoom);
+        let head = LayerHead { name: name.into(), base_zoom, min_zoom, zoom_override, terms };
         let union = Self { head, shards, conflict, sources, cover, required, levels };
         if conflict == Conflict::Refuse {
             union.refuse_conflicts()?;

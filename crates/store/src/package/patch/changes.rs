@@ -47,10 +47,11 @@ mod tests {
             content_hash: [1; 32],
             acquired: None,
             valid_fraction: 1.0,
-            horizontal_error_m: 1.0,
+            horizontal_error_m: Some(1.0),
             keypoints,
             distinctiveness: 0.0,
             sources: String::new(),
+            valid_outline: None,
         }
     }
 

@@ -160,7 +160,8 @@ impl StorePair<'_> {
     fn layer(&self, layer: &Layer) -> Result<PatchLayer, StoreError> {
         let zoom_override = LayerState::read(self.new.path(), &layer.name)?.zoom_override;
         let (base_zoom, min_zoom) = (layer.base_zoom, layer.min_zoom);
-        let head = LayerHead { name: layer.name.clone(), base_zoom, min_zoom, zoom_override };
+        let (name, terms) = (layer.name.clone(), layer.terms.clone());
+        let head = LayerHead { name, base_zoom, min_zoom, zoom_override, terms };
         let mut sources = self.new.sources(layer)?;
         sources.sort_by_key(|s| s.content_hash);
         Ok(PatchLayer { head, sources })
@@ -180,7 +181,7 @@ impl StorePair<'_> {
                 Change::Added(tile) => put(None, stored(self.new, layer, tile)?),
                 Change::Changed(tile) => put(Some(&stored(self.old, layer, tile)?), stored(self.new, layer, tile)?),
             };
-            record.write(to).map_err(|e| PackageError::io(path, e))?;
+            record.write(to, self.new.format_version()).map_err(|e| PackageError::io(path, e))?;
             advance();
         }
         write_end(to).map_err(|e| PackageError::io(path, e))

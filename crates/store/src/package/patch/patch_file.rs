@@ -49,7 +49,8 @@ pub fn open(path: &Path) -> Result<(PatchHeader, FileRecords), PackageError> {
     if !is_whole(path, content..metadata.len()).map_err(fail)? {
         return Err(PackageError::AlteredPatch { path: path.into() });
     }
-    Ok((header, Records::new(from)))
+    let records = Records::new(from, header.store_format);
+    Ok((header, records))
 }
 
 /// Whether a patch has the digest that it states.

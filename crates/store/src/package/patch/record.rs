@@ -2,7 +2,9 @@
 //!
 //! All numbers are little-endian. A tile is zoom (u8), row and column (u32 each). A text or blob follows its length (u32).
 
-use crate::Footprint;
+use crate::migration::PLACES_SINCE;
+use crate::{Footprint, MOST_ERROR_M};
+use overfly_core::pixels::MaskOutline;
 use overfly_core::tile::TileId;
 use std::io::{ErrorKind, Read, Write};
 
@@ -95,11 +97,11 @@ impl TileRecord {
         }
     }
 
-    /// Writes the record.
+    /// Writes the record of a store of a format version.
     ///
     /// # Errors
     /// Where the writer fails.
-    pub fn write(&self, to: &mut impl Write) -> std::io::Result<()> {
+    pub fn write(&self, to: &mut impl Write, store_format: u32) -> std::io::Result<()> {
         let put = match self {
             Self::Gone(tile) => return write_tile(to, GONE, *tile),
             Self::Put(put) => put,
@@ -108,11 +110,19 @@ impl TileRecord {
         write_tile(to, PUT, footprint.tile)?;
         to.write_all(&footprint.content_hash)?;
         write_optional(to, footprint.acquired.as_deref())?;
-        for value in [footprint.valid_fraction, footprint.horizontal_error_m, footprint.distinctiveness] {
+        let error_m = footprint.horizontal_error_m;
+        // A format that knows no unknown error has 0 in its place.
+        let error_m = if store_format < PLACES_SINCE { error_m.unwrap_or(0.0) } else { error_m.unwrap_or(f64::NAN) };
+        for value in [footprint.valid_fraction, error_m, footprint.distinctiveness] {
             to.write_all(&value.to_le_bytes())?;
         }
         to.write_all(&footprint.keypoints.to_le_bytes())?;
         write_bytes(to, footprint.sources.as_bytes())?;
+        if store_format >= PLACES_SINCE {
+            let outline =
+                footprint.valid_outline.as_ref().map_or(PatchBlob::Absent, |o| PatchBlob::Given(o.to_bytes()));
+            write_part(to, &outline)?;
+        }
         [&put.image, &put.descriptors, &put.cells].into_iter().try_for_each(|part| write_part(to, part))
     }
 }
@@ -176,13 +186,14 @@ fn write_part(to: &mut impl Write, part: &PatchBlob) -> std::io::Result<()> {
 #[derive(Debug)]
 pub struct Records<R> {
     from: R,
+    store_format: u32,
     last: Option<TileId>,
 }
 
 impl<R: Read> Records<R> {
-    /// Reads the records after a header.
-    pub fn new(from: R) -> Self {
-        Self { from, last: None }
+    /// Reads the records after a header that states this format version.
+    pub fn new(from: R, store_format: u32) -> Self {
+        Self { from, store_format, last: None }
     }
 
     /// Reads the next record of a tile: `None` at the end of the list.
@@ -199,10 +210,11 @@ impl<R: Read> Records<R> {
             content_hash: self.array()?,
             acquired: self.optional()?,
             valid_fraction: f64::from_le_bytes(self.array()?),
-            horizontal_error_m: f64::from_le_bytes(self.array()?),
+            horizontal_error_m: self.error()?,
             distinctiveness: f64::from_le_bytes(self.array()?),
             keypoints: u32::from_le_bytes(self.array()?),
             sources: self.text()?,
+            valid_outline: self.outline()?,
         };
         let (image, descriptors, cells) = (self.part()?, self.part()?, self.part()?);
         Ok(Some(TileRecord::Put(Box::new(PutTile { footprint, image, descriptors, cells }))))
@@ -280,6 +292,29 @@ impl<R: Read> Records<R> {
         }
     }
 
+    /// A horizontal error, metres: `None` where it is unknown.
+    fn error(&mut self) -> Result<Option<f64>, MalformedPatch> {
+        let error_m = f64::from_le_bytes(self.array()?);
+        let is_unknown = if self.store_format < PLACES_SINCE { error_m == 0.0 } else { error_m.is_nan() };
+        match error_m {
+            _ if is_unknown => Ok(None),
+            error_m if (0.0..=MOST_ERROR_M).contains(&error_m) => Ok(Some(error_m)),
+            other => Err(MalformedPatch::Content(format!("a horizontal error of {other} m"))),
+        }
+    }
+
+    fn outline(&mut self) -> Result<Option<MaskOutline>, MalformedPatch> {
+        if self.store_format < PLACES_SINCE {
+            return Ok(None);
+        }
+        let malformed = || MalformedPatch::Content("no valid outline".into());
+        match self.part()? {
+            PatchBlob::Absent => Ok(None),
+            PatchBlob::AsInBase => Err(malformed()),
+            PatchBlob::Given(bytes) => MaskOutline::from_bytes(&bytes).map(Some).ok_or_else(malformed),
+        }
+    }
+
     fn part(&mut self) -> Result<PatchBlob, MalformedPatch> {
         match self.byte()? {
             ABSENT => Ok(PatchBlob::Absent),
@@ -293,6 +328,8 @@ impl<R: Read> Records<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::FORMAT_VERSION;
+    use overfly_core::pixels::Mask;
 
     fn tile(column: u32) -> TileId {
         TileId::new(5, column, 3).unwrap()
@@ -304,10 +341,11 @@ mod tests {
             content_hash: [7; 32],
             acquired: Some("2018-05-01".into()),
             valid_fraction: 0.1 + 0.2,
-            horizontal_error_m: 1.5,
+            horizontal_error_m: (column != 9).then_some(1.5),
             keypoints: 12,
             distinctiveness: 0.25,
             sources: "ab cd".into(),
+            valid_outline: (column == 2).then(|| MaskOutline::new(&Mask::filled(64, 64, true))),
         };
         let (image, descriptors, cells) = (PatchBlob::Given(vec![1, 2, 3]), PatchBlob::AsInBase, PatchBlob::Absent);
         TileRecord::Put(Box::new(PutTile { footprint, image, descriptors, cells }))
@@ -315,7 +353,7 @@ mod tests {
 
     fn bytes_of(records: &[TileRecord]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        records.iter().for_each(|r| r.write(&mut bytes).unwrap());
+        records.iter().for_each(|r| r.write(&mut bytes, FORMAT_VERSION).unwrap());
         write_end(&mut bytes).unwrap();
         bytes
     }
@@ -327,7 +365,7 @@ mod tests {
         InputsRecord::Gone(tile(1)).write(&mut bytes).unwrap();
         InputsRecord::Put(tile(4), [9; 32]).write(&mut bytes).unwrap();
         write_end(&mut bytes).unwrap();
-        let mut records = Records::new(&bytes[..]);
+        let mut records = Records::new(&bytes[..], FORMAT_VERSION);
         for expected in tiles {
             assert_eq!(records.tile().unwrap(), Some(expected));
         }
@@ -342,16 +380,16 @@ mod tests {
     fn rejects_truncated_unordered_and_oversized_records() {
         let bytes = bytes_of(&[put(2)]);
         for cut in 0..bytes.len() - 1 {
-            let mut records = Records::new(&bytes[..cut]);
+            let mut records = Records::new(&bytes[..cut], FORMAT_VERSION);
             assert!(matches!(records.tile(), Err(MalformedPatch::Content(_))), "{cut}");
         }
         let twice = bytes_of(&[put(2), put(2)]);
-        let mut records = Records::new(&twice[..]);
+        let mut records = Records::new(&twice[..], FORMAT_VERSION);
         assert!(records.tile().unwrap().is_some());
         assert!(records.tile().is_err());
         let mut long = bytes;
         let at = long.len() - 10;
         long[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
-        assert!(Records::new(&long[..]).tile().is_err());
+        assert!(Records::new(&long[..], FORMAT_VERSION).tile().is_err());
     }
 }

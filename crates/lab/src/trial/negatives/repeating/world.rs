@@ -54,6 +54,7 @@ impl RepeatingWorld {
             sources: vec![folder.path().join("world.png")],
             zoom: Some(map.zoom),
             crs: Some(WEB_MERCATOR),
+            horizontal_error_m: Some(0.0),
             threads: 1,
             ..build::Request::default()
         };

@@ -1,0 +1,69 @@
+//! The part of the migration to format 6 that SQL cannot do: hashes and outlines of the footprints there are, digests of layers.
+
+use super::digest::{self, LayerHashed};
+use super::footprint::{self, Footprint};
+use super::migration::PLACES_SINCE;
+use super::source::{self, SourceTable};
+use super::{content, imagery, layer};
+use rusqlite::{Connection, OptionalExtension, params};
+use std::path::Path;
+
+/// Footprints that are read at once.
+const CHUNK: usize = 4096;
+
+/// Fills hash and outline of every footprint, then the digests of the finished layers.
+pub(super) fn fill(connection: &Connection) -> rusqlite::Result<()> {
+    let mut last = i64::MIN;
+    loop {
+        let chunk = chunk_after(connection, last)?;
+        let Some(&(fid, ..)) = chunk.last() else { break };
+        last = fid;
+        for (fid, layer, mut footprint) in chunk {
+            if footprint.valid_fraction < 1.0 {
+                footprint.valid_outline = outline(connection, &layer, &footprint)?;
+            }
+            connection.prepare_cached("UPDATE footprints SET valid_outline = ?2, hash = ?3 WHERE fid = ?1")?.execute(
+                params![
+                    fid,
+                    footprint.valid_outline.as_ref().map(|o| o.to_bytes()),
+                    digest::footprint_hash(&layer, &footprint)
+                ],
+            )?;
+        }
+    }
+    let layers = layer::load_all(connection, PLACES_SINCE, Path::new("")).map_err(|_| rusqlite::Error::InvalidQuery)?;
+    for layer in layers.iter().filter(|layer| layer.complete) {
+        let sources = source::load(connection, &layer.name, SourceTable::Finished, PLACES_SINCE)?;
+        let digest = digest::layer_digest(connection, &LayerHashed::of(layer), PLACES_SINCE, &sources)?;
+        connection.execute("UPDATE overfly_layers SET digest = ?2 WHERE name = ?1", params![layer.name, digest])?;
+    }
+    Ok(())
+}
+
+/// The next footprints by `fid`, with `fid` and layer.
+fn chunk_after(connection: &Connection, last: i64) -> rusqlite::Result<Vec<(i64, String, Footprint)>> {
+    let sql = format!(
+        "SELECT {}, f.fid FROM footprints f WHERE f.fid > ?1 ORDER BY f.fid LIMIT {CHUNK}",
+        footprint::columns(PLACES_SINCE)
+    );
+    let mut statement = connection.prepare_cached(&sql)?;
+    let rows = statement.query_map([last], |row| {
+        Ok((row.get(footprint::COLUMN_COUNT)?, row.get(11)?, footprint::read_unproved(row)?))
+    })?;
+    rows.collect()
+}
+
+/// The outline of a tile that is not wholly valid. A tile that cannot be decoded keeps none: its content hash tells of it.
+fn outline(
+    connection: &Connection,
+    layer: &str,
+    footprint: &Footprint,
+) -> rusqlite::Result<Option<overfly_core::pixels::MaskOutline>> {
+    layer::check_name(layer).map_err(|_| rusqlite::Error::InvalidQuery)?;
+    let tile = footprint.tile;
+    let sql = format!("SELECT tile_data FROM \"{layer}\" WHERE zoom_level = ?1 AND tile_column = ?2 AND tile_row = ?3");
+    let key = params![tile.zoom(), tile.column(), tile.row()];
+    let image: Option<Vec<u8>> = connection.prepare_cached(&sql)?.query_row(key, |row| row.get(0)).optional()?;
+    let pixels = image.and_then(|bytes| imagery::decode(&bytes).ok());
+    Ok(pixels.and_then(|pixels| content::outline_of(&pixels.mask)))
+}
