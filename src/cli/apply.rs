@@ -36,13 +36,23 @@ pub struct Args {
     /// Refuse the new store unless this public key verifies its signature.
     #[arg(long, value_name = "PUB")]
     key: Option<PathBuf>,
+    /// Accept a new store whose serial is lower than that of the old one: to go back on purpose.
+    #[arg(long)]
+    allow_older: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let key = args.key.as_deref().map(PublicKey::read).transpose()?;
     let out = args.out.as_ref().unwrap_or(&args.store);
-    let request = ApplyRequest { store: &args.store, patch: &args.patch, out, key: key.as_ref(), today: today() };
+    let request = ApplyRequest {
+        store: &args.store,
+        patch: &args.patch,
+        out,
+        key: key.as_ref(),
+        today: today(),
+        allow_older: args.allow_older,
+    };
     let applied = output.during("tiles", |tell| apply(&request, tell))?;
     output.say(&applied, || text(&request, &applied));
     Ok(Exit::Done)

@@ -9,7 +9,7 @@ use crate::cli::today::today;
 use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
 use anyhow::Context;
 use overfly_store::Reader;
-use overfly_store::package::{PublicKey, StalePolicy, open_onboard};
+use overfly_store::package::{PublicKey, StalePolicy, open_onboard, require_serial};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -47,6 +47,12 @@ pub struct Args {
     /// `y2012:3650=refuse`. May be repeated. Imagery without a date counts as oldest.
     #[arg(long, value_name = "[LAYER:]DAYS=ACTION", requires = "onboard")]
     stale_after_days: Vec<StalePolicy>,
+    /// Refuse an exported store whose serial is lower (see `overfly export --serial`).
+    #[arg(long, value_name = "N", requires = "onboard")]
+    least_serial: Option<u64>,
+    /// Fly a store of a lower serial than --least-serial nevertheless.
+    #[arg(long, requires = "least_serial")]
+    allow_older: bool,
     /// Memory limit, such as 128MB or 1GB; a plain number is megabytes. On the ground it limits the indexes (256MB by default).
     /// Onboard it limits all that the service holds besides the program itself (512MB by default; the program takes about 40 MB);
     /// the largest frame has about SIZE / 23 pixels.
@@ -70,11 +76,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let limits = limits(args);
     let (service, store, warnings) = if args.onboard {
         let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today())?;
+        let least = args.least_serial.filter(|_| !args.allow_older);
+        require_serial(&args.db, opened.manifest.as_ref(), least)?;
         let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
         warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
         (Service::Onboard, opened.store.with_cache_limits(limits.keep)?, warnings)
     } else {
-        (Service::Preflight, Reader::open(&args.db)?, Vec::new())
+        (Service::Preflight, Reader::open_proved(&args.db)?, Vec::new())
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()

@@ -194,6 +194,7 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::NoJournal { .. }
         | StoreError::Superseded { .. }
         | StoreError::Damaged { .. }
+        | StoreError::ForeignSchema { .. }
         | StoreError::DamagedTile { .. }
         | StoreError::Encode { .. }
         | StoreError::Io { .. }

@@ -30,6 +30,7 @@ pub(super) fn spell(remedy: StoreRemedy) -> Option<&'static str> {
         | R::ExportSigned
         | R::CheckStoreAndKey
         | R::ExportAgain
+        | R::CopyNewestStore
         | R::MakePatch
         | R::CopyPatchAgain
         | R::MakePatchFromThisStore

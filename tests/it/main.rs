@@ -17,6 +17,7 @@ mod fuzz;
 mod gdal;
 mod hostile_frames;
 mod hostile_orthophotos;
+mod hostile_stores;
 mod http;
 mod http_exports;
 mod imports;

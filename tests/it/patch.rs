@@ -31,7 +31,8 @@ fn patch(old: &Reader, new: &Reader, out: &Path) -> Difference {
 
 /// Applies a patch in place.
 fn applied(store: &Path, patch: &Path, key: Option<&PublicKey>) -> Result<bool, PackageError> {
-    apply(&ApplyRequest { store, patch, out: store, key, today: a_day() }, &|_, _| ()).map(|a| a.changed)
+    apply(&ApplyRequest { store, patch, out: store, key, today: a_day(), allow_older: false }, &|_, _| ())
+        .map(|a| a.changed)
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -254,11 +255,19 @@ fn what_stands_in_the_way_is_named() {
     let out = folder.path().join("out.gpkg");
     let journal = folder.path().join("out.gpkg-journal");
     std::fs::write(&journal, b"what a killed build left").unwrap();
-    let request = ApplyRequest { store: &old, patch: &patch_file, out: &out, key: None, today: a_day() };
+    let request =
+        ApplyRequest { store: &old, patch: &patch_file, out: &out, key: None, today: a_day(), allow_older: false };
     assert_eq!(apply(&request, &|_, _| ()).unwrap_err().code(), "side_file");
     assert_eq!(names(folder.path()), ["a.patch", "new.gpkg", "old.gpkg", "out.gpkg-journal"]);
     std::fs::remove_file(&journal).unwrap();
-    let request = ApplyRequest { store: &old, patch: &patch_file, out: &patch_file, key: None, today: a_day() };
+    let request = ApplyRequest {
+        store: &old,
+        patch: &patch_file,
+        out: &patch_file,
+        key: None,
+        today: a_day(),
+        allow_older: false,
+    };
     assert_eq!(apply(&request, &|_, _| ()).unwrap_err().code(), "same_file");
     let same = write_patch(&Reader::open(&old).unwrap(), &Reader::open(&new).unwrap(), &new, &|_, _| ());
     assert_eq!(same.unwrap_err().code(), "same_file");

@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::geometry::register_functions;
-use super::{manifest, migration};
+use super::{manifest, migration, schema};
 use rusqlite::{Connection, OpenFlags};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
@@ -43,6 +43,7 @@ pub fn open_read(path: &Path, access: Access) -> Result<(Connection, u32), Store
     prepare_read(&connection).map_err(|e| StoreError::sqlite(path, e))?;
     let version = store_version(&connection, path)?;
     migration::require_readable(version, path)?;
+    schema::require_own(&connection, version, path)?;
     Ok((connection, version))
 }
 
@@ -115,6 +116,9 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
     if version >= manifest::SINCE && manifest::read(&connection).map_err(fail)?.is_some() {
         return Err(StoreError::Sealed { path: path.into() });
     }
+    if version <= migration::FORMAT_VERSION {
+        schema::require_own(&connection, version, path)?;
+    }
     if version < migration::FORMAT_VERSION {
         let transaction = connection.unchecked_transaction().map_err(fail)?;
         migration::migrate(&transaction, version, migration::FORMAT_VERSION).map_err(fail)?;
@@ -123,6 +127,18 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
         migration::require_readable(version, path)?;
     }
     Ok(connection)
+}
+
+/// Migrates a built store of an older format to this program's. Does nothing where there is no store, or it has this format.
+///
+/// # Errors
+/// Where the file is not a store or cannot be written.
+pub fn migrate(path: &Path) -> Result<(), StoreError> {
+    match open_read(path, Access::Shared) {
+        Ok((_, migration::FORMAT_VERSION)) | Err(StoreError::Missing { .. }) => Ok(()),
+        Ok(_) | Err(StoreError::OlderFormat { .. }) => open_write(path).map(|_| ()),
+        Err(other) => Err(other),
+    }
 }
 
 /// Removes a journal that a killed build left beside an intact store. SQLite ignores a journal with nothing to roll back, and so

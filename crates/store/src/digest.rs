@@ -46,9 +46,8 @@ pub(super) struct LayerHashed<'a> {
     pub terms: &'a Terms,
 }
 
-impl<'a> LayerHashed<'a> {
-    /// What the digest of a stored layer holds.
-    pub fn of(layer: &'a Layer) -> Self {
+impl<'a> From<&'a Layer> for LayerHashed<'a> {
+    fn from(layer: &'a Layer) -> Self {
         Self { name: &layer.name, base_zoom: layer.base_zoom, min_zoom: layer.min_zoom, terms: &layer.terms }
     }
 }

@@ -165,6 +165,14 @@ pub enum StoreError {
         /// What is wrong, and where.
         reason: String,
     },
+    /// The file brings along what no store has, or what a store has with another definition.
+    #[error("{path}: {what} is none of a store's: another program put it there", path = path.display())]
+    ForeignSchema {
+        /// The store.
+        path: PathBuf,
+        /// Kind and name of the object.
+        what: String,
+    },
     /// The bytes of a tile are damaged.
     #[error("{path}: tile {tile} of layer {layer} is damaged: {reason}", path = path.display())]
     DamagedTile {
@@ -251,6 +259,7 @@ impl StoreError {
             Self::Sealed { .. } => "sealed_store",
             Self::Changed { .. } => "store_changed",
             Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
+            Self::ForeignSchema { .. } => "foreign_schema",
             Self::Encode { .. } => "tile_encoding",
             Self::Io { .. } => "io",
             Self::Sqlite { .. } => "sqlite",
@@ -287,6 +296,7 @@ impl StoreError {
             | Self::SameFile { .. }
             | Self::Sealed { .. }
             | Self::Damaged { .. }
+            | Self::ForeignSchema { .. }
             | Self::DamagedTile { .. } => true,
         }
     }
@@ -309,7 +319,7 @@ impl StoreError {
             Self::Busy { .. } | Self::Superseded { .. } | Self::Occupied { .. } => StoreRemedy::Wait,
             Self::Sealed { .. } => StoreRemedy::BuildOriginalAndExport,
             Self::Changed { .. } => StoreRemedy::Reopen,
-            Self::Damaged { .. } => StoreRemedy::RestoreOrRebuild,
+            Self::Damaged { .. } | Self::ForeignSchema { .. } => StoreRemedy::RestoreOrRebuild,
             Self::DamagedTile { .. } => StoreRemedy::VerifyAndRestore,
             Self::InTheWay { .. } => StoreRemedy::RenameOrRemove,
             Self::SameFile { .. } => StoreRemedy::ChooseOtherPath,

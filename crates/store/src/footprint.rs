@@ -115,7 +115,7 @@ pub(super) fn tile_at(row: &Row<'_>, first: usize) -> rusqlite::Result<TileId> {
         .map_err(|e| rusqlite::Error::FromSqlConversionFailure(first, Type::Integer, Box::new(e)))
 }
 
-fn malformed(column: usize, what: &str) -> rusqlite::Error {
+pub(super) fn malformed(column: usize, what: &str) -> rusqlite::Error {
     rusqlite::Error::FromSqlConversionFailure(column, Type::Blob, what.into())
 }
 

@@ -3,10 +3,11 @@
 //! Later answers of an index are compared with this proof. So a tile that an index has lost is noticed, and not taken for absent.
 
 use super::digest::LayerHashed;
+use super::extent::extent;
 use super::footprint::{self, Footprint};
 use super::layer::Layer;
 use super::source::{self, SourceTable};
-use super::{StoreError, digest};
+use super::{StoreError, digest, geometry};
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::{MercatorBounds, TileId};
 use rusqlite::Connection;
@@ -39,11 +40,12 @@ impl FootprintProof {
             let mut footprints = rows.remove(&layer.name).unwrap_or_default();
             footprints.sort_by_key(|f| f.tile);
             let sources = source::load(connection, &layer.name, SourceTable::Finished, version).map_err(fail)?;
-            let found = digest::layer_digest_from(&LayerHashed::of(layer), version, &sources, &footprints);
+            let found = digest::layer_digest_from(&LayerHashed::from(layer), version, &sources, &footprints);
             if Some(digest::hex(&found)) != layer.digest || footprints.len() as u64 != layer.tiles {
                 let reason = format!("the rows of layer {} do not have the digest that it states", layer.name);
                 return Err(StoreError::Damaged { path: path.into(), reason });
             }
+            require_stated_extent(layer, &footprints, path)?;
             let kept =
                 footprints.iter().map(|f| ProvedTile { tile: f.tile, check: digest::footprint_check(&layer.name, f) });
             known.insert(layer.name.clone(), kept.collect());
@@ -101,6 +103,16 @@ impl FootprintProof {
     }
 }
 
+/// Checks that a layer states number and extent of its base tiles as they are.
+fn require_stated_extent(layer: &Layer, footprints: &[Footprint], path: &Path) -> Result<(), StoreError> {
+    let base: Vec<TileId> = footprints.iter().map(|f| f.tile).filter(|tile| tile.zoom() == layer.base_zoom).collect();
+    if base.len() as u64 == layer.base_tiles && extent(&base).1 == layer.bounds_deg {
+        return Ok(());
+    }
+    let reason = format!("layer {} states another number or extent of its base tiles than it has", layer.name);
+    Err(StoreError::Damaged { path: path.into(), reason })
+}
+
 /// The tiles of one zoom.
 fn level(known: &[ProvedTile], zoom: u8) -> &[ProvedTile] {
     let from = known.partition_point(|k| k.tile.zoom() < zoom);
@@ -110,13 +122,18 @@ fn level(known: &[ProvedTile], zoom: u8) -> &[ProvedTile] {
 
 /// Reads every footprint by layer, in a scan of the table itself.
 fn scan(connection: &Connection, version: u32) -> rusqlite::Result<HashMap<String, Vec<Footprint>>> {
-    let sql = format!("SELECT {} FROM footprints f NOT INDEXED", footprint::columns(version));
+    let sql = format!("SELECT {}, f.geom FROM footprints f NOT INDEXED", footprint::columns(version));
     let mut statement = connection.prepare(&sql)?;
     let mut rows = statement.query([])?;
     let mut found: HashMap<String, Vec<Footprint>> = HashMap::new();
     while let Some(row) = rows.next()? {
         let layer = row.get_ref(11)?.as_str()?;
         let footprint = footprint::read(row)?;
+        let envelope = geometry::envelope(row.get_ref(footprint::COLUMN_COUNT)?.as_blob()?);
+        if envelope != Some(geometry::envelope_of(&footprint.tile.mercator_bounds())) {
+            let reason = format!("the geometry of tile {} is not its extent", footprint.tile);
+            return Err(footprint::malformed(footprint::COLUMN_COUNT, &reason));
+        }
         match found.get_mut(layer) {
             Some(footprints) => footprints.push(footprint),
             None => {

@@ -95,6 +95,10 @@ impl Reader {
         if found.len() == count(proof) && found.iter().all(|f| proof.agrees(&layer.name, f)) {
             return Ok(());
         }
+        // Where another program may write, the store may be another by now.
+        if !self.is_onboard() {
+            self.check_unchanged()?;
+        }
         let reason = format!(
             "an index of layer {} does not give the footprints that were proved when the store was opened",
             layer.name

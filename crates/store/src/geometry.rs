@@ -19,7 +19,7 @@ pub fn polygon_blob(bounds: &MercatorBounds) -> Vec<u8> {
     blob.extend_from_slice(b"GP\0");
     blob.push(ENVELOPE_XY | LITTLE_ENDIAN);
     blob.extend_from_slice(&SRS_ID.to_le_bytes());
-    for value in [min_x_m, max_x_m, min_y_m, max_y_m] {
+    for value in envelope_of(bounds) {
         blob.extend_from_slice(&value.to_le_bytes());
     }
     blob.push(LITTLE_ENDIAN);
@@ -32,6 +32,11 @@ pub fn polygon_blob(bounds: &MercatorBounds) -> Vec<u8> {
         blob.extend_from_slice(&y.to_le_bytes());
     }
     blob
+}
+
+/// The envelope of a rectangle as a geometry blob has it: min x, max x, min y, max y.
+pub fn envelope_of(bounds: &MercatorBounds) -> [f64; 4] {
+    [bounds.min_x_m, bounds.max_x_m, bounds.min_y_m, bounds.max_y_m]
 }
 
 /// Reads the envelope of a geometry blob: min x, max x, min y, max y. `None` if the geometry is empty, has no envelope, or the

@@ -34,7 +34,7 @@ pub(super) fn fill(connection: &Connection) -> rusqlite::Result<()> {
     let layers = layer::load_all(connection, PLACES_SINCE, Path::new("")).map_err(|_| rusqlite::Error::InvalidQuery)?;
     for layer in layers.iter().filter(|layer| layer.complete) {
         let sources = source::load(connection, &layer.name, SourceTable::Finished, PLACES_SINCE)?;
-        let digest = digest::layer_digest(connection, &LayerHashed::of(layer), PLACES_SINCE, &sources)?;
+        let digest = digest::layer_digest(connection, &LayerHashed::from(layer), PLACES_SINCE, &sources)?;
         connection.execute("UPDATE overfly_layers SET digest = ?2 WHERE name = ?1", params![layer.name, digest])?;
     }
     Ok(())

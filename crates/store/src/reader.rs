@@ -92,6 +92,32 @@ impl Reader {
         Self::open_with(path, Access::Immutable)
     }
 
+    /// Opens a store for reading, and proves its footprints as [`Reader::open_onboard`] does. Another program may write to the file.
+    ///
+    /// # Errors
+    /// As [`Reader::open`], and where the footprints do not have the digests of the layers.
+    pub fn open_proved(path: &Path) -> Result<Self, StoreError> {
+        let mut reader = Self::open(path)?;
+        reader.proof = Some(reader.read_proof()?);
+        Ok(reader)
+    }
+
+    /// Proves the footprints by the digests of the layers, unless that was done when the store was opened.
+    ///
+    /// # Errors
+    /// As [`Reader::open_proved`].
+    pub fn prove(&self) -> Result<(), StoreError> {
+        if self.proof.is_none() {
+            self.read_proof()?;
+        }
+        Ok(())
+    }
+
+    fn read_proof(&self) -> Result<FootprintProof, StoreError> {
+        let connection = self.reopen()?;
+        FootprintProof::read(&connection, &self.layers, self.version, &self.path)
+    }
+
     fn open_with(path: &Path, access: Access) -> Result<Self, StoreError> {
         let stamp = FileStamp::read(path)?;
         let (connection, version) = connection::open_read(path, access)?;

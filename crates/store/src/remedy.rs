@@ -51,6 +51,8 @@ pub enum StoreRemedy {
     ExportSigned,
     /// Check that this is the right store and the right key.
     CheckStoreAndKey,
+    /// Copy the newest store, or state that an older one is meant.
+    CopyNewestStore,
     /// Export the store again.
     ExportAgain,
     /// Make a patch from two stores.

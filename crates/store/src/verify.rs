@@ -4,6 +4,7 @@
 use super::connection::{self, APPLICATION_ID, Access, USER_VERSION};
 use super::contract::require_contract;
 use super::digest::LayerHashed;
+use super::extent::extent;
 use super::footprint::{self, COLUMN_COUNT, Footprint};
 use super::layer::{self, Layer};
 use super::source::{self, SourceTable};
@@ -150,7 +151,7 @@ fn bad_tile(
         return Ok(Some("imagery, descriptors or cells do not have the hash that the footprint states".into()));
     }
     let bounds = tile.mercator_bounds();
-    let exact = [bounds.min_x_m, bounds.max_x_m, bounds.min_y_m, bounds.max_y_m];
+    let exact = geometry::envelope_of(&bounds);
     if geometry::envelope(geometry) != Some(exact) {
         return Ok(Some("its footprint's geometry is not the tile's extent".into()));
     }
@@ -255,8 +256,15 @@ fn layer_rows(connection: &Connection, version: u32, layer: &Layer) -> rusqlite:
     if u64::from(tiles) != layer.tiles {
         problems.push(format!("{tiles} tiles, but {} are stated", layer.tiles));
     }
+    let base: Vec<TileId> = connection
+        .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?
+        .query_map(params![layer.name, layer.base_zoom], |row| footprint::tile_at(row, 0))?
+        .collect::<rusqlite::Result<_>>()?;
+    if base.len() as u64 != layer.base_tiles || extent(&base).1 != layer.bounds_deg {
+        problems.push("it states another number or extent of its base tiles than it has".into());
+    }
     let sources = source::load(connection, &layer.name, SourceTable::Finished, version)?;
-    let digest = digest::layer_digest(connection, &LayerHashed::of(layer), version, &sources)?;
+    let digest = digest::layer_digest(connection, &LayerHashed::from(layer), version, &sources)?;
     if Some(digest::hex(&digest)) != layer.digest {
         problems.push("its rows do not have the stated digest".into());
     }

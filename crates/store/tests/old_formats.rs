@@ -1,16 +1,18 @@
 //! Tests: stores of an older readable format are read, exported and patched, and only a build migrates them.
 
+use flate2::read::GzDecoder;
 use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::TileId;
 use overfly_store::package::{
-    ApplyRequest, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, apply, open_onboard, parse_date, write_patch,
-    write_seal,
+    ApplyRequest, Manifest, ManifestLayer, ManifestRoute, PublicKey, SEAL_LEN, VerifyOptions, apply, open_onboard,
+    parse_date, verify_package, write_patch, write_seal,
 };
 use overfly_store::{
     BuiltTile, Declaration, Extract, FORMAT_VERSION, LayerPart, LayerState, OLDEST_READABLE, Reader, Terms,
     TileContent, Writer, verify,
 };
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 fn tiles(count: u32) -> Vec<TileId> {
@@ -133,9 +135,60 @@ fn patches_lead_from_any_readable_format_to_any_byte_for_byte() {
             let (patch, out) = (path("a.patch"), path("out.gpkg"));
             write_patch(&Reader::open(&old).unwrap(), &Reader::open(&new).unwrap(), &patch, &|_, _| ()).unwrap();
             let today = parse_date("2026-11-22").unwrap();
-            let request = ApplyRequest { store: &old, patch: &patch, out: &out, key: None, today };
+            let request = ApplyRequest { store: &old, patch: &patch, out: &out, key: None, today, allow_older: false };
             assert!(apply(&request, &|_, _| ()).unwrap().changed);
             assert!(std::fs::read(&out).unwrap() == std::fs::read(&new).unwrap(), "{from} to {to}");
         }
+    }
+}
+
+/// A file that a program of that format wrote, unpacked into a folder. `crates/store/tests/fixtures` holds a built store of a photo,
+/// its signed export, a signed export of a wider corridor, and the patch from the first to the second.
+fn kept(folder: &Path, name: &str) -> PathBuf {
+    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(name);
+    let (mut bytes, out) = (Vec::new(), folder.join(name.trim_end_matches(".gz")));
+    if name.ends_with(".gz") {
+        GzDecoder::new(std::fs::File::open(packed).unwrap()).read_to_end(&mut bytes).unwrap();
+    } else {
+        bytes = std::fs::read(packed).unwrap();
+    }
+    std::fs::write(&out, bytes).unwrap();
+    out
+}
+
+#[test]
+fn what_older_programs_wrote_opens_answers_and_verifies() {
+    let folder = tempfile::tempdir().unwrap();
+    let key = PublicKey::read(&kept(folder.path(), "signer.key.pub")).unwrap();
+    let today = parse_date("2026-11-29").unwrap();
+    for format in [4, 5] {
+        let built = kept(folder.path(), &format!("format{format}_built.gpkg.gz"));
+        let signed = kept(folder.path(), &format!("format{format}_signed.gpkg.gz"));
+        let wider = kept(folder.path(), &format!("format{format}_wider.gpkg.gz"));
+        let patch = kept(folder.path(), &format!("format{format}.patch"));
+        let bytes = std::fs::read(&signed).unwrap();
+        let reader = Reader::open_proved(&built).unwrap();
+        assert_eq!(reader.format_version(), format);
+        let layer = reader.layer("ortho").unwrap();
+        let footprint = &reader.footprints(layer, layer.base_zoom).unwrap()[0];
+        assert_eq!((footprint.horizontal_error_m, &footprint.valid_outline), (None, &None), "0 was no known error");
+        assert!(reader.tile(layer, footprint.tile).unwrap().is_some());
+        assert!(open_onboard(&signed, Some(&key), &[], today).is_ok());
+        let options = VerifyOptions { key: Some(&key), today, every_tile: true };
+        assert!(verify_package(&signed, &options, &|_, _| ()).unwrap().store.ok);
+        let out = folder.path().join("out.gpkg");
+        let request =
+            ApplyRequest { store: &signed, patch: &patch, out: &out, key: Some(&key), today, allow_older: false };
+        assert!(apply(&request, &|_, _| ()).unwrap().changed);
+        assert!(std::fs::read(&out).unwrap() == std::fs::read(&wider).unwrap(), "format {format}");
+        assert!(std::fs::read(&signed).unwrap() == bytes, "an exported store was written");
+        overfly_store::migrate(&built).unwrap();
+        let migrated = Reader::open_proved(&built).unwrap();
+        assert_eq!(migrated.format_version(), FORMAT_VERSION);
+        assert!(verify(&built, &|_, _| ()).unwrap().ok);
+        let layer = migrated.layer("ortho").unwrap();
+        let footprint = &migrated.footprints(layer, layer.base_zoom).unwrap()[0];
+        assert_eq!(footprint.horizontal_error_m, None);
+        assert_eq!(footprint.valid_outline.is_some(), footprint.valid_fraction < 1.0, "outlines are filled in");
     }
 }

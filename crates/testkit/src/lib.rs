@@ -3,5 +3,6 @@
 
 pub mod drawn;
 pub mod faults;
+pub mod hostile;
 pub mod injury;
 pub mod soak;

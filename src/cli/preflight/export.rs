@@ -92,7 +92,7 @@ struct Previewed<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let store = Reader::open(&args.db)?;
+    let store = Reader::open_proved(&args.db)?;
     let request = request(args, &store)?;
     if args.dry_run {
         let preview = preview(&store, &request)?;

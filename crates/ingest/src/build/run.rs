@@ -9,7 +9,7 @@ use super::request::Request;
 use super::source_pool::SourcePool;
 use super::summary::{BuildSummary, summarise};
 use overfly_core::feature::keypoint::CONTRACT;
-use overfly_store::{LayerState, StoreError, Writer, clear_journal};
+use overfly_store::{LayerState, StoreError, Writer, clear_journal, migrate};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -60,6 +60,7 @@ pub fn run(
         let inputs = LayerState::read(&request.db, &request.layer)?.inputs;
         let plan = BuildPlan::new(request, &LayerState { inputs, ..before.clone() }, &given)?;
         if plan.up_to_date {
+            migrate(&request.db)?;
             clear_journal(&request.db)?;
             return summarise(request, &plan, &given, rejected, start);
         }

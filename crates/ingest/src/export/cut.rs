@@ -93,6 +93,7 @@ pub fn export(
     out: &Path,
     progress: &dyn Fn(u64, u64),
 ) -> Result<Exported, ExportError> {
+    store.prove()?;
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let mut chosen = select(store, request, &corridor)?;
     let file = AtomicFile::create(out, FileKind::Store, &[store.path()])?;

@@ -96,6 +96,16 @@ pub enum PackageError {
         /// What differs.
         reason: String,
     },
+    /// The store is older than the one in use, or than the demanded serial.
+    #[error("{path}: {}, and at least serial {least} is required", serial_text(*found), path = path.display())]
+    OlderSerial {
+        /// The store.
+        path: PathBuf,
+        /// Its serial, if it states one.
+        found: Option<u64>,
+        /// The least serial.
+        least: u64,
+    },
     /// The last day of the store has passed.
     #[error("{path}: was valid until {valid_until}, and today is {today}", path = path.display())]
     Expired {
@@ -132,6 +142,10 @@ pub enum PackageError {
     },
 }
 
+fn serial_text(found: Option<u64>) -> String {
+    found.map_or("it has no serial".into(), |serial| format!("it has serial {serial}"))
+}
+
 impl PackageError {
     /// Returns a stable code word for scripts.
     pub fn code(&self) -> &'static str {
@@ -149,6 +163,7 @@ impl PackageError {
             Self::WrongBase { .. } => "wrong_base",
             Self::OtherResult { .. } => "other_result",
             Self::Expired { .. } => "expired_store",
+            Self::OlderSerial { .. } => "older_serial",
             Self::Clock { .. } => "clock_implausible",
             Self::Stale { .. } => "stale_layer",
             Self::Randomness { .. } => "randomness",
@@ -178,6 +193,7 @@ impl PackageError {
             Self::WrongBase { .. } => StoreRemedy::MakePatchFromThisStore,
             Self::OtherResult { .. } => StoreRemedy::CopyStore,
             Self::Expired { .. } => StoreRemedy::ExportAgain,
+            Self::OlderSerial { .. } => StoreRemedy::CopyNewestStore,
             Self::Clock { .. } => StoreRemedy::SetClock,
             Self::Stale { .. } => StoreRemedy::UseNewerImageryOrPolicy,
             Self::Io { .. } | Self::Randomness { .. } => return None,

@@ -12,6 +12,7 @@ mod onboard;
 mod patch;
 mod seal;
 mod sealed_file;
+mod serial;
 mod verify;
 
 pub use date::{acquisition_day, parse_date, utc_day};
@@ -28,4 +29,5 @@ pub use patch::{
 };
 pub use seal::{SEAL_LEN, Seal};
 pub use sealed_file::{read_seal, write_seal};
+pub use serial::require_serial;
 pub use verify::{PackageVerification, VerifyOptions, verify_package};

@@ -49,7 +49,7 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
 
 /// Opens a store and checks that it can be merged.
 fn open_built_store(path: &Path) -> Result<Reader, MergeError> {
-    let reader = Reader::open(path)?;
+    let reader = Reader::open_proved(path)?;
     if reader.manifest().is_some() {
         return Err(MergeError::Exported { path: path.into() });
     }

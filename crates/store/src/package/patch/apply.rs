@@ -6,6 +6,7 @@ use super::patch_file::{self, FileRecords, malformed_error};
 use super::record::{InputsRecord, MalformedPatch, PatchBlob, PutTile, TileRecord};
 use crate::package::onboard::{check_layers, prove_manifest};
 use crate::package::sealed_file::{file_is_sealed_by, put_seal, read_seal};
+use crate::package::serial::{require_serial, serial_of};
 use crate::package::{Manifest, PackageError, PublicKey, SEAL_LEN, Seal};
 use crate::{
     AtomicFile, Extract, FORMAT_VERSION, FileKind, OLDEST_READABLE, Reader, StoreError, StoredTile, content_hash,
@@ -28,6 +29,8 @@ pub struct ApplyRequest<'a> {
     pub key: Option<&'a PublicKey>,
     /// The day on which the new store must be valid.
     pub today: Date,
+    /// Whether a store of a lower serial than the old one's may replace it.
+    pub allow_older: bool,
 }
 
 /// The result of [`apply`].
@@ -53,7 +56,8 @@ pub struct Applied {
 ///
 /// # Errors
 /// [`PackageError::NotAPatch`], [`PackageError::AlteredPatch`], [`PackageError::WrongBase`], [`PackageError::OtherResult`];
-/// signature and manifest as [`crate::package::open_onboard`]; a damaged tile of the old store; a full disk.
+/// signature and manifest as [`crate::package::open_onboard`]; [`PackageError::OlderSerial`]; a damaged tile of the old store; a full
+/// disk.
 pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Applied, PackageError> {
     let (header, records) = patch_file::open(request.patch)?;
     let sealed = stated_seal(&header, request)?;
@@ -73,6 +77,10 @@ pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<
     }
     check_base(&base, &header, request.store)?;
     require_same_signer(&base, signed_by.as_deref(), request)?;
+    if !request.allow_older {
+        let manifest = sealed.as_ref().map(|(manifest, _)| manifest);
+        require_serial(request.patch, manifest, serial_of(base.manifest()))?;
+    }
     let read = if request.store == request.out { &[request.patch][..] } else { &[request.patch, request.store] };
     let file = AtomicFile::create(request.out, FileKind::Store, read)?;
     let extract = Extract::begin_version(&file.draft_path(), base.descriptor_contract(), header.store_format)?;

@@ -87,6 +87,7 @@ pub fn write_patch(
 ) -> Result<Difference, PackageError> {
     for store in [old, new] {
         store.require_no_pending_build()?;
+        store.prove()?;
     }
     let file = AtomicFile::create(out, FileKind::Patch, &[old.path(), new.path()])?;
     let mut difference = diff(old, new)?;
