@@ -4,7 +4,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use overfly_store::package::Manifest;
-use overfly_store::{Layer, Reader, Source, StoreError, hex};
+use overfly_store::{Layer, PLACES_SINCE, Reader, Source, StoreError, hex};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -118,6 +118,14 @@ fn source_info(source: Source) -> SourceInfo {
     }
 }
 
+/// What a store of an older format lacks, and how it gets it.
+fn older_format(info: &Info<'_>) -> String {
+    let remedy = if info.exported.is_some() { "export it again" } else { "any `overfly build` into it migrates it" };
+    format!(
+        "an older format: it lacks hashes that bind each tile to its place, outlines of valid pixels, licences and serials, and takes an error of 0 for unknown; {remedy}"
+    )
+}
+
 fn describe(info: &Info<'_>) -> String {
     let mut text = format!(
         "{}: {:.1} MB, {} tiles, format {}, descriptors {}\ndigest {}\n",
@@ -128,6 +136,9 @@ fn describe(info: &Info<'_>) -> String {
         info.descriptor_contract,
         info.digest,
     );
+    if info.format_version < PLACES_SINCE {
+        text.push_str(&format!("{}\n", older_format(info)));
+    }
     text.push_str(&info.exported.as_ref().map(ExportInfo::describe).unwrap_or_default());
     for LayerInfo { layer, sources } in &info.layers {
         let [west, south, east, north] = <[f64; 4]>::from(layer.bounds_deg);

@@ -22,7 +22,7 @@ fn the_drawn_flight_gives_the_positions_kept_in_git() {
     let path = |path: &Path| path.to_str().unwrap().to_owned();
     let (db, out) = (path(&folder.path().join("walk.gpkg")), path(&folder.path().join("flown")));
     let (tiles, flight) = (path(&root.join("tiles/epoch_1")), path(&root.join("tiles/flight")));
-    overfly(&["build", "--db", &db, &tiles, "--date", "2018-06-12"]);
+    overfly(&["build", "--db", &db, &tiles, "--date", "2018-06-12", "--horizontal-error-m", "0"]);
     overfly(&["fly", "--db", &db, "--flight", &flight, "--mode", "all", "--out", &out]);
     let expected = std::fs::read_to_string(root.join("tests/reference/positions.csv")).unwrap();
     let found = std::fs::read_to_string(Path::new(&out).join("positions.csv")).unwrap();

@@ -1,6 +1,6 @@
 //! The cells of a level: read in one scan, and cached.
 
-use super::footprint;
+use super::footprint_rows;
 use lru::LruCache;
 use overfly_core::feature::CellMap;
 use parking_lot::Mutex;
@@ -72,7 +72,7 @@ pub fn load(connection: &Connection, layer: &str, zoom: u8) -> rusqlite::Result<
              ORDER BY f.tile_row, f.tile_column",
         )?
         .query_map((layer, zoom), |row| {
-            let tile = footprint::tile_at(row, 0)?;
+            let tile = footprint_rows::tile_at(row, 0)?;
             Ok(([tile.column(), tile.row()], row.get(3)?))
         })?
         .collect()

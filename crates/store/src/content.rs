@@ -1,6 +1,8 @@
 //! `TileContent`: a tile as a build writes it; `Child`: a tile as an overview reads it.
 
-use super::footprint::{self, Footprint, larger_error};
+use super::footprint::{Footprint, larger_error};
+use super::footprint_rows;
+use super::hashing;
 use super::imagery::{self, EncodedTile};
 use super::source::Source;
 use super::{StoreError, digest};
@@ -52,7 +54,7 @@ impl TileContent {
         let cells = cells_blob(pixels);
         let described = descriptors.as_deref().unwrap_or_default();
         let content_hash = digest::content_hash(media_type, &bytes, described, Some(&cells));
-        let hashes: Vec<_> = seen.iter().map(|s| digest::hex(&s.content_hash)).collect();
+        let hashes: Vec<_> = seen.iter().map(|s| hashing::hex(&s.content_hash)).collect();
         Ok(Self {
             image: EncodedTile { media_type, bytes, content_hash },
             descriptors,
@@ -176,7 +178,7 @@ fn read_child(connection: &Connection, sql: &str, layer: &str, tile: TileId) -> 
         if imagery::media_type(&image).map(hash) != Some(stated) {
             return Ok(StoredChild::Damaged);
         }
-        let (sources, acquired, horizontal_error_m) = (row.get(1)?, row.get(2)?, footprint::error_at(row, 3)?);
+        let (sources, acquired, horizontal_error_m) = (row.get(1)?, row.get(2)?, footprint_rows::error_at(row, 3)?);
         Ok(StoredChild::Proved(Child { image, sources, acquired, horizontal_error_m }))
     };
     connection.prepare_cached(sql)?.query_row(key, read).optional()

@@ -2,18 +2,14 @@
 
 use super::Source;
 use super::cells::TileCells;
-use super::footprint::{self, Footprint};
+use super::footprint::Footprint;
+use super::footprint_rows;
+use super::hashing::{error_bits, optional, place, text};
 use super::layer::Layer;
-use super::level::LevelOf;
-use super::migration::PLACES_SINCE;
 use super::terms::Terms;
+use super::versions::PLACES_SINCE;
 use blake3::Hasher;
 use rusqlite::Connection;
-
-/// Formats bytes as hexadecimal.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
 
 /// Hashes the content of a tile: encoded imagery (which holds the mask), descriptors and cells. A tile built before format
 /// version 3 has no cells, and keeps the hash it had then.
@@ -62,10 +58,10 @@ pub(super) fn layer_digest(
     let mut hasher = layer_hasher(layer, version, sources);
     let sql = format!(
         "SELECT {} FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
-        footprint::columns(version)
+        footprint_rows::columns(version)
     );
     let mut statement = connection.prepare(&sql)?;
-    for row in statement.query_map([layer.name], footprint::read)? {
+    for row in statement.query_map([layer.name], footprint_rows::read)? {
         hash_footprint(&mut hasher, layer.name, version, &row?);
     }
     Ok(hasher.finalize().into())
@@ -105,6 +101,14 @@ fn layer_hasher(layer: &LayerHashed<'_>, version: u32, sources: &[Source]) -> Ha
     hasher
 }
 
+/// A level of a layer, in a store of a format version.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelOf<'a> {
+    pub layer: &'a str,
+    pub zoom: u8,
+    pub version: u32,
+}
+
 /// Computes the digest of the footprints of one level, in the order of row and column.
 pub(super) fn footprints_digest<'a>(level: &LevelOf<'_>, footprints: impl Iterator<Item = &'a Footprint>) -> [u8; 32] {
     let binds_places = level.version >= PLACES_SINCE;
@@ -131,29 +135,8 @@ pub(super) fn cells_digest(cells: &[TileCells]) -> [u8; 32] {
 /// Returns a short hash that tells whether a footprint is the one that was read before.
 pub(super) fn footprint_check(layer: &str, footprint: &Footprint) -> [u8; 16] {
     let mut check = [0; 16];
-    check.copy_from_slice(&footprint_hash(layer, footprint)[..16]);
+    check.copy_from_slice(&footprint.hash(layer)[..16]);
     check
-}
-
-/// Hashes a footprint: its content hash, its place (layer, zoom, row and column) and everything else that is known of the tile.
-pub(super) fn footprint_hash(layer: &str, footprint: &Footprint) -> [u8; 32] {
-    let mut hasher = Hasher::new_derive_key("overfly footprint 1");
-    text(&mut hasher, layer.as_bytes());
-    place(&mut hasher, footprint);
-    hasher.update(&footprint.content_hash);
-    optional(&mut hasher, footprint.acquired.as_deref());
-    hasher.update(&footprint.valid_fraction.to_bits().to_le_bytes());
-    hasher.update(&error_bits(footprint.horizontal_error_m));
-    hasher.update(&footprint.distinctiveness.to_bits().to_le_bytes());
-    hasher.update(&footprint.keypoints.to_le_bytes());
-    text(&mut hasher, footprint.sources.as_bytes());
-    match &footprint.valid_outline {
-        Some(outline) => text(&mut hasher, &outline.to_bytes()),
-        None => {
-            hasher.update(&u64::MAX.to_le_bytes());
-        }
-    }
-    hasher.finalize().into()
 }
 
 /// Hashes the properties of a source that decide the pixels and the row of a tile: content, date, stated CRS, stretch and error. An
@@ -180,18 +163,13 @@ fn unsigned_error(source: &Source) -> f64 {
     source.horizontal_error_m.unwrap_or(0.0)
 }
 
-/// An error as it is hashed; an unknown one has the bits of no number that a store may hold.
-fn error_bits(error_m: Option<f64>) -> [u8; 8] {
-    error_m.map_or([0xff; 8], |error_m| error_m.to_bits().to_le_bytes())
-}
-
 /// Adds a footprint to the digest of a layer or level, in a store of a format version.
 fn hash_footprint(hasher: &mut Hasher, layer: &str, version: u32, footprint: &Footprint) {
     if version >= PLACES_SINCE {
-        hasher.update(&footprint_hash(layer, footprint));
+        hasher.update(&footprint.hash(layer));
         return;
     }
-    place(hasher, footprint);
+    place(hasher, footprint.tile);
     hasher.update(&footprint.content_hash);
     optional(hasher, footprint.acquired.as_deref());
     let error_m = footprint.horizontal_error_m.unwrap_or(0.0);
@@ -200,25 +178,4 @@ fn hash_footprint(hasher: &mut Hasher, layer: &str, version: u32, footprint: &Fo
     }
     hasher.update(&footprint.keypoints.to_le_bytes());
     text(hasher, footprint.sources.as_bytes());
-}
-
-fn place(hasher: &mut Hasher, footprint: &Footprint) {
-    let tile = footprint.tile;
-    hasher.update(&[tile.zoom()]);
-    hasher.update(&tile.row().to_le_bytes());
-    hasher.update(&tile.column().to_le_bytes());
-}
-
-fn optional(hasher: &mut Hasher, value: Option<&str>) {
-    match value {
-        Some(value) => text(hasher, value.as_bytes()),
-        None => {
-            hasher.update(&u64::MAX.to_le_bytes());
-        }
-    }
-}
-
-fn text(hasher: &mut Hasher, bytes: &[u8]) {
-    hasher.update(&(bytes.len() as u64).to_le_bytes());
-    hasher.update(bytes);
 }

@@ -4,15 +4,18 @@ use super::connection::{self, file_uri};
 use super::content::{self, Child};
 use super::declaration::Declaration;
 use super::digest;
+use super::digest::LevelOf;
+use super::footprint_rows;
 use super::geometry;
+use super::hashing;
 use super::layer::{self, Layer};
-use super::level::{LevelDigests, LevelOf};
+use super::level::LevelDigests;
 use super::source::{self, SourceTable};
 use super::terms::Terms;
 use super::tile_rows::{TileRows, insert_tile};
 use super::{
-    FORMAT_VERSION, Footprint, Reader, Source, StoreError, StoredTile, cells, finish, footprint, geopackage, imagery,
-    manifest, migration, reader, tile_rows, verify,
+    FORMAT_VERSION, Footprint, Reader, Source, StoreError, StoredTile, cells, finish, geopackage, imagery, manifest,
+    migration, reader, tile_rows, verify,
 };
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OpenFlags, params};
@@ -133,7 +136,7 @@ impl Extract {
             self.put(&head.name, &stored)?;
             progress();
         }
-        let sources = from.sources(known)?.into_iter().filter(|s| seen.contains(&digest::hex(&s.content_hash)));
+        let sources = from.sources(known)?.into_iter().filter(|s| seen.contains(&hashing::hex(&s.content_hash)));
         self.end_layer(&head, sources.map(without_folder).collect())
     }
 
@@ -221,7 +224,7 @@ impl Extract {
         let fail = |e| StoreError::own_file(&self.draft.0, e);
         let sql = format!(
             "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
-            footprint::columns(self.version)
+            footprint_rows::columns(self.version)
         );
         let footprints = reader::collect(&self.connection, &sql, (layer, zoom)).map_err(fail)?;
         let cells = cells::load(&self.connection, layer, zoom).map_err(fail)?;
@@ -234,7 +237,7 @@ impl Extract {
     /// Where SQLite fails.
     pub fn digest(&self) -> Result<String, StoreError> {
         let found = reader::stored_digest(&self.connection, &self.contract);
-        found.map(|d| digest::hex(&d)).map_err(|e| StoreError::own_file(&self.draft.0, e))
+        found.map(|d| hashing::hex(&d)).map_err(|e| StoreError::own_file(&self.draft.0, e))
     }
 
     /// Writes the store and its manifest, if any, to `target`, which must not exist or be empty. The file is compact: table after

@@ -4,9 +4,11 @@ use super::content::{self, StoredChild};
 use super::declaration::Declaration;
 use super::digest::LayerHashed;
 use super::extent::extent;
+use super::footprint_rows;
 use super::source::{self, SourceTable};
 use super::tile_rows::clear_tile;
-use super::{FORMAT_VERSION, StoreError, digest, footprint, geopackage, migration, verify};
+use super::versions::PLACES_SINCE;
+use super::{FORMAT_VERSION, StoreError, digest, geopackage, verify};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, params};
 use std::path::Path;
@@ -54,7 +56,7 @@ fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<
     let mut statement =
         connection.prepare("SELECT zoom, tile_column, tile_row FROM overfly_staged WHERE layer = ?1")?;
     let staged: Vec<TileId> =
-        statement.query_map([layer], |row| footprint::tile_at(row, 0))?.collect::<rusqlite::Result<_>>()?;
+        statement.query_map([layer], |row| footprint_rows::tile_at(row, 0))?.collect::<rusqlite::Result<_>>()?;
     for tile in staged {
         clear_tile(connection, layer, tile)?;
         let key = params![layer, tile.zoom(), tile.row(), tile.column()];
@@ -94,7 +96,7 @@ fn move_staged(connection: &Connection, layer: &str) -> rusqlite::Result<Option<
 fn tiles_with_inputs(connection: &Connection, layer: &str) -> rusqlite::Result<Vec<TileId>> {
     let mut statement =
         connection.prepare("SELECT zoom, tile_column, tile_row FROM overfly_tile_inputs WHERE layer = ?1")?;
-    statement.query_map([layer], |row| footprint::tile_at(row, 0))?.collect()
+    statement.query_map([layer], |row| footprint_rows::tile_at(row, 0))?.collect()
 }
 
 /// Deletes a pending build and its staged tiles.
@@ -126,14 +128,14 @@ pub(super) fn declare(connection: &Connection, version: u32, declaration: &Decla
     let Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms } = declaration;
     let base: Vec<TileId> = connection
         .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?
-        .query_map(params![layer, base_zoom], |row| footprint::tile_at(row, 0))?
+        .query_map(params![layer, base_zoom], |row| footprint_rows::tile_at(row, 0))?
         .collect::<rusqlite::Result<_>>()?;
     let tiles: u32 =
         connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [layer], |row| row.get(0))?;
     let (bounds, bounds_deg) = extent(&base);
     let hashed = LayerHashed { name: layer, base_zoom: *base_zoom, min_zoom: *min_zoom, terms };
     let digest = digest::layer_digest(connection, &hashed, version, sources)?;
-    if version >= migration::PLACES_SINCE {
+    if version >= PLACES_SINCE {
         let set = "UPDATE overfly_layers SET licence = ?2, attribution = ?3 WHERE name = ?1";
         connection.execute(set, params![layer, terms.licence, terms.attribution])?;
     }

@@ -4,7 +4,9 @@
 
 use super::digest::LayerHashed;
 use super::extent::extent;
-use super::footprint::{self, Footprint};
+use super::footprint::Footprint;
+use super::footprint_rows;
+use super::hashing;
 use super::layer::Layer;
 use super::source::{self, SourceTable};
 use super::{StoreError, digest, geometry};
@@ -41,7 +43,7 @@ impl FootprintProof {
             footprints.sort_by_key(|f| f.tile);
             let sources = source::load(connection, &layer.name, SourceTable::Finished, version).map_err(fail)?;
             let found = digest::layer_digest_from(&LayerHashed::from(layer), version, &sources, &footprints);
-            if Some(digest::hex(&found)) != layer.digest || footprints.len() as u64 != layer.tiles {
+            if Some(hashing::hex(&found)) != layer.digest || footprints.len() as u64 != layer.tiles {
                 let reason = format!("the rows of layer {} do not have the digest that it states", layer.name);
                 return Err(StoreError::Damaged { path: path.into(), reason });
             }
@@ -122,17 +124,17 @@ fn level(known: &[ProvedTile], zoom: u8) -> &[ProvedTile] {
 
 /// Reads every footprint by layer, in a scan of the table itself.
 fn scan(connection: &Connection, version: u32) -> rusqlite::Result<HashMap<String, Vec<Footprint>>> {
-    let sql = format!("SELECT {}, f.geom FROM footprints f NOT INDEXED", footprint::columns(version));
+    let sql = format!("SELECT {}, f.geom FROM footprints f NOT INDEXED", footprint_rows::columns(version));
     let mut statement = connection.prepare(&sql)?;
     let mut rows = statement.query([])?;
     let mut found: HashMap<String, Vec<Footprint>> = HashMap::new();
     while let Some(row) = rows.next()? {
         let layer = row.get_ref(11)?.as_str()?;
-        let footprint = footprint::read(row)?;
-        let envelope = geometry::envelope(row.get_ref(footprint::COLUMN_COUNT)?.as_blob()?);
+        let footprint = footprint_rows::read(row)?;
+        let envelope = geometry::envelope(row.get_ref(footprint_rows::COLUMN_COUNT)?.as_blob()?);
         if envelope != Some(geometry::envelope_of(&footprint.tile.mercator_bounds())) {
             let reason = format!("the geometry of tile {} is not its extent", footprint.tile);
-            return Err(footprint::malformed(footprint::COLUMN_COUNT, &reason));
+            return Err(footprint_rows::malformed(footprint_rows::COLUMN_COUNT, &reason));
         }
         match found.get_mut(layer) {
             Some(footprints) => footprints.push(footprint),

@@ -1,7 +1,8 @@
 //! Queries of a reader for footprints. Onboard, every answer is compared with the proved footprints.
 
-use super::footprint::{self, Footprint};
+use super::footprint::Footprint;
 use super::footprint_proof::FootprintProof;
+use super::footprint_rows;
 use super::reader::collect;
 use super::window::{rounded_outward, windows_on_the_map};
 use super::{Layer, Reader, StoreError};
@@ -24,7 +25,7 @@ impl Reader {
         let sql = format!(
             "SELECT {} FROM rtree_footprints_geom r CROSS JOIN footprints f ON f.fid = r.id
              WHERE r.maxx >= ?1 AND r.minx <= ?2 AND r.maxy >= ?3 AND r.miny <= ?4 AND f.layer = ?5 AND f.zoom = ?6",
-            footprint::columns(self.format_version())
+            footprint_rows::columns(self.format_version())
         );
         let mut found = Vec::new();
         for window in windows_on_the_map(bounds) {
@@ -47,7 +48,7 @@ impl Reader {
         self.require_complete(layer)?;
         let sql = format!(
             "SELECT {} FROM footprints f WHERE f.layer = ?1 AND f.zoom = ?2 ORDER BY f.tile_row, f.tile_column",
-            footprint::columns(self.format_version())
+            footprint_rows::columns(self.format_version())
         );
         let found = self.with(|c| collect(c, &sql, (&layer.name, zoom)))?;
         self.check_against_proof(layer, &found, |w| w.count_at(&layer.name, zoom))?;
@@ -76,10 +77,10 @@ impl Reader {
         let sql = format!(
             "SELECT {} FROM footprints f
              WHERE f.layer = ?1 AND f.zoom = ?2 AND f.tile_row = ?3 AND f.tile_column = ?4",
-            footprint::columns(self.format_version())
+            footprint_rows::columns(self.format_version())
         );
         let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
-        let found = self.with(|c| c.prepare_cached(&sql)?.query_row(key, footprint::read).optional())?;
+        let found = self.with(|c| c.prepare_cached(&sql)?.query_row(key, footprint_rows::read).optional())?;
         self.check_against_proof(layer, found.as_slice(), |w| usize::from(w.knows(&layer.name, tile)))?;
         Ok(found)
     }

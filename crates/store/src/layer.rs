@@ -1,7 +1,8 @@
 //! `Layer`: one epoch of imagery, and the rules for its name.
 
+use super::StoreError;
 use super::terms::Terms;
-use super::{StoreError, migration};
+use super::versions::PLACES_SINCE;
 use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use rusqlite::{Connection, Row};
 use serde::Serialize;
@@ -50,7 +51,7 @@ pub fn check_name(name: &str) -> Result<(), StoreError> {
 /// Reads every layer by name, finished or not.
 pub(super) fn load_all(connection: &Connection, version: u32, path: &Path) -> Result<Vec<Layer>, StoreError> {
     let fail = |e| StoreError::sqlite(path, e);
-    let terms = if version < migration::PLACES_SINCE { "NULL, NULL" } else { "licence, attribution" };
+    let terms = if version < PLACES_SINCE { "NULL, NULL" } else { "licence, attribution" };
     let mut statement = connection
         .prepare(&format!(
             "SELECT name, base_zoom, min_zoom, base_tiles, tiles, west_deg, south_deg, east_deg, north_deg, complete,
@@ -84,7 +85,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Layer> {
         bounds_deg: [row.get(5)?, row.get(6)?, row.get(7)?, row.get(8)?].into(),
         acquired: first.zip(last),
         complete: row.get(9)?,
-        digest: digest.map(|d| super::digest::hex(&d)),
+        digest: digest.map(|d| super::hashing::hex(&d)),
         terms: Terms { licence: row.get(13)?, attribution: row.get(14)? },
     })
 }

@@ -1,11 +1,12 @@
 //! `LayerState`: the state of one layer, finished or not. A build reads it before it plans.
 
+use super::StoreError;
 use super::connection::{self, Access};
 use super::contract::require_contract;
-use super::migration::PLACES_SINCE;
+use super::footprint_rows;
 use super::source::{self, Source, SourceTable};
 use super::terms::Terms;
-use super::{StoreError, footprint};
+use super::versions::PLACES_SINCE;
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, Row};
 use std::collections::HashMap;
@@ -84,7 +85,7 @@ fn inputs(connection: &Connection, layer: &str) -> rusqlite::Result<HashMap<Tile
     for table in ["overfly_tile_inputs", "overfly_staged"] {
         let mut statement = connection
             .prepare(&format!("SELECT zoom, tile_column, tile_row, inputs_hash FROM {table} WHERE layer = ?1"))?;
-        let rows = statement.query_map([layer], |row| Ok((footprint::tile_at(row, 0)?, row.get(3)?)))?;
+        let rows = statement.query_map([layer], |row| Ok((footprint_rows::tile_at(row, 0)?, row.get(3)?)))?;
         for row in rows {
             let (tile, hash) = row?;
             inputs.insert(tile, hash);

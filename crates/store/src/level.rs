@@ -1,8 +1,9 @@
 //! `LevelDigests`: the digests of one level of a layer, so that a level can be verified alone.
 
 use super::cells::TileCells;
-use super::digest;
+use super::digest::{self, LevelOf};
 use super::footprint::Footprint;
+use super::hashing::hex;
 use serde::{Deserialize, Serialize};
 
 /// The digests of one level of a layer.
@@ -19,22 +20,14 @@ pub struct LevelDigests {
     pub cells: String,
 }
 
-/// A level of a layer, in a store of a format version.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LevelOf<'a> {
-    pub layer: &'a str,
-    pub zoom: u8,
-    pub version: u32,
-}
-
 impl LevelDigests {
     /// Computes the digests from footprints and cells, each by row and column.
     pub(super) fn from_rows(level: &LevelOf<'_>, footprints: &[Footprint], cells: &[TileCells]) -> Self {
         Self {
             zoom: level.zoom,
             tiles: footprints.len() as u64,
-            footprints: digest::hex(&digest::footprints_digest(level, footprints.iter())),
-            cells: digest::hex(&digest::cells_digest(cells)),
+            footprints: hex(&digest::footprints_digest(level, footprints.iter())),
+            cells: hex(&digest::cells_digest(cells)),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The format versions of a store: the SQL files of `migrations/`, applied in order, forward only.
 
+use super::versions::PLACES_SINCE;
 use super::{StoreError, places};
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
@@ -16,9 +17,6 @@ const MIGRATIONS: [(u32, &str, &str); 6] = [
 
 /// The format version that this program writes: the version of the last migration.
 pub const FORMAT_VERSION: u32 = MIGRATIONS[MIGRATIONS.len() - 1].0;
-
-/// The first format version in which the hash of a footprint binds its place, and errors may be unknown.
-pub const PLACES_SINCE: u32 = 6;
 
 /// The oldest format version that this program reads without a migration.
 pub const OLDEST_READABLE: u32 = 4;

@@ -1,9 +1,10 @@
 //! The part of the migration to format 6 that SQL cannot do: hashes and outlines of the footprints there are, digests of layers.
 
 use super::digest::{self, LayerHashed};
-use super::footprint::{self, Footprint};
-use super::migration::PLACES_SINCE;
+use super::footprint::Footprint;
+use super::footprint_rows;
 use super::source::{self, SourceTable};
+use super::versions::PLACES_SINCE;
 use super::{content, imagery, layer};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::Path;
@@ -23,11 +24,7 @@ pub(super) fn fill(connection: &Connection) -> rusqlite::Result<()> {
                 footprint.valid_outline = outline(connection, &layer, &footprint)?;
             }
             connection.prepare_cached("UPDATE footprints SET valid_outline = ?2, hash = ?3 WHERE fid = ?1")?.execute(
-                params![
-                    fid,
-                    footprint.valid_outline.as_ref().map(|o| o.to_bytes()),
-                    digest::footprint_hash(&layer, &footprint)
-                ],
+                params![fid, footprint.valid_outline.as_ref().map(|o| o.to_bytes()), footprint.hash(&layer)],
             )?;
         }
     }
@@ -44,11 +41,11 @@ pub(super) fn fill(connection: &Connection) -> rusqlite::Result<()> {
 fn chunk_after(connection: &Connection, last: i64) -> rusqlite::Result<Vec<(i64, String, Footprint)>> {
     let sql = format!(
         "SELECT {}, f.fid FROM footprints f WHERE f.fid > ?1 ORDER BY f.fid LIMIT {CHUNK}",
-        footprint::columns(PLACES_SINCE)
+        footprint_rows::columns(PLACES_SINCE)
     );
     let mut statement = connection.prepare_cached(&sql)?;
     let rows = statement.query_map([last], |row| {
-        Ok((row.get(footprint::COLUMN_COUNT)?, row.get(11)?, footprint::read_unproved(row)?))
+        Ok((row.get(footprint_rows::COLUMN_COUNT)?, row.get(11)?, footprint_rows::read_unproved(row)?))
     })?;
     rows.collect()
 }

@@ -6,9 +6,11 @@ use super::connection::{self, Access};
 use super::contract::require_contract;
 use super::damage::{Damage, DamageLog};
 use super::file_stamp::FileStamp;
-use super::footprint::{self, Footprint};
+use super::footprint::Footprint;
 use super::footprint_proof::FootprintProof;
+use super::footprint_rows;
 use super::ground_cache::GroundCache;
+use super::hashing;
 use super::layer::{self, Layer};
 use super::layer_state::LayerState;
 use super::source::{self, Source, SourceTable};
@@ -138,7 +140,7 @@ impl Reader {
             Access::Immutable => Some(FootprintProof::read(&connection, &layers, version, path)?),
         };
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
-        let (digest, stamp) = (digest::hex(&digest), Mutex::new(stamp));
+        let (digest, stamp) = (hashing::hex(&digest), Mutex::new(stamp));
         Ok(Self {
             path: path.into(),
             access,
@@ -219,7 +221,7 @@ impl Reader {
             return Err(changed());
         }
         let digest = self.with(|c| stored_digest(c, &self.contract))?;
-        if digest::hex(&digest) != self.digest {
+        if hashing::hex(&digest) != self.digest {
             return Err(changed());
         }
         *self.stamp.lock() = now;
@@ -233,7 +235,7 @@ impl Reader {
     pub fn check_readable(&self) -> Result<(), StoreError> {
         let connection = self.reopen()?;
         let found = stored_digest(&connection, &self.contract).map_err(|e| StoreError::sqlite(&self.path, e))?;
-        if digest::hex(&found) == self.digest { Ok(()) } else { Err(StoreError::Changed { path: self.path.clone() }) }
+        if hashing::hex(&found) == self.digest { Ok(()) } else { Err(StoreError::Changed { path: self.path.clone() }) }
     }
 
     /// The path of the file.
@@ -347,7 +349,7 @@ impl Reader {
 
 /// Reads footprints with a query.
 pub(super) fn collect(connection: &Connection, sql: &str, parameters: impl Params) -> rusqlite::Result<Vec<Footprint>> {
-    connection.prepare_cached(sql)?.query_map(parameters, footprint::read)?.collect()
+    connection.prepare_cached(sql)?.query_map(parameters, footprint_rows::read)?.collect()
 }
 
 /// Computes the digest of a store from the stored digests of its layers.

@@ -1,7 +1,7 @@
 //! `Source`: one orthophoto of a layer, as declared.
 
-use super::footprint;
-use super::migration::PLACES_SINCE;
+use super::footprint_rows;
+use super::versions::PLACES_SINCE;
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
 use serde::{Deserialize, Serialize};
@@ -83,7 +83,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Source> {
         acquired: row.get(2)?,
         crs_epsg: row.get(3)?,
         stretch: low.zip(high),
-        horizontal_error_m: footprint::error_at(row, 6)?,
+        horizontal_error_m: footprint_rows::error_at(row, 6)?,
         gsd_m_per_px: row.get(7)?,
         outline_deg: outline_from_blob(&outline).ok_or_else(|| {
             rusqlite::Error::FromSqlConversionFailure(8, Type::Blob, "an outline of odd length".into())

@@ -1,9 +1,11 @@
 //! Queries of a reader for tiles. Every tile has the content hash that its footprint states.
 
 use super::cells::TileCells;
-use super::footprint::{self, Footprint};
+use super::digest::LevelOf;
+use super::footprint::Footprint;
+use super::footprint_rows;
 use super::imagery::{self, EncodedTile};
-use super::level::{LevelDigests, LevelOf};
+use super::level::LevelDigests;
 use super::{Layer, Reader, StoreError, TileContent, cells, digest};
 use overfly_core::feature::CellMap;
 use overfly_core::pixels::MaskedColour;
@@ -220,13 +222,13 @@ impl Reader {
     fn parts(&self, layer: &Layer, tile: TileId) -> Result<Option<Parts>, StoreError> {
         let sql = format!(
             "SELECT {}, t.tile_data, d.descriptors, c.cells {}",
-            footprint::columns(self.format_version()),
+            footprint_rows::columns(self.format_version()),
             tables(&layer.name)
         );
         let key = (&layer.name, tile.zoom(), tile.row(), tile.column());
         let read = |row: &Row<'_>| {
-            let after = |n: usize| row.get(footprint::COLUMN_COUNT + n);
-            Ok((footprint::read(row)?, after(0)?, after(1)?, after(2)?))
+            let after = |n: usize| row.get(footprint_rows::COLUMN_COUNT + n);
+            Ok((footprint_rows::read(row)?, after(0)?, after(1)?, after(2)?))
         };
         self.with(|c| c.prepare_cached(&sql)?.query_row(key, read).optional())
     }

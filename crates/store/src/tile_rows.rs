@@ -2,7 +2,7 @@
 
 use super::footprint::Footprint;
 use super::geometry::polygon_blob;
-use super::{digest, migration};
+use super::versions::PLACES_SINCE;
 use overfly_core::pixels::MaskOutline;
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, params};
@@ -45,7 +45,7 @@ pub(super) fn insert_tile(
 /// Inserts a footprint, and returns its `fid`.
 fn insert_footprint(connection: &Connection, version: u32, layer: &str, known: &Footprint) -> rusqlite::Result<i64> {
     let tile = known.tile;
-    let binds_places = version >= migration::PLACES_SINCE;
+    let binds_places = version >= PLACES_SINCE;
     let error_m = known.horizontal_error_m.or((!binds_places).then_some(0.0));
     connection
         .prepare_cached(
@@ -70,9 +70,9 @@ fn insert_footprint(connection: &Connection, version: u32, layer: &str, known: &
         ])?;
     let fid = connection.last_insert_rowid();
     if binds_places {
-        connection.prepare_cached("UPDATE footprints SET valid_outline = ?2, hash = ?3 WHERE fid = ?1")?.execute(
-            params![fid, known.valid_outline.as_ref().map(MaskOutline::to_bytes), digest::footprint_hash(layer, known)],
-        )?;
+        connection
+            .prepare_cached("UPDATE footprints SET valid_outline = ?2, hash = ?3 WHERE fid = ?1")?
+            .execute(params![fid, known.valid_outline.as_ref().map(MaskOutline::to_bytes), known.hash(layer)])?;
     }
     Ok(fid)
 }

@@ -5,7 +5,9 @@ use super::connection::{self, APPLICATION_ID, Access, USER_VERSION};
 use super::contract::require_contract;
 use super::digest::LayerHashed;
 use super::extent::extent;
-use super::footprint::{self, COLUMN_COUNT, Footprint};
+use super::footprint::Footprint;
+use super::footprint_rows;
+use super::hashing;
 use super::layer::{self, Layer};
 use super::source::{self, SourceTable};
 use super::{StoreError, digest, geometry, geopackage, imagery, reader};
@@ -68,7 +70,7 @@ pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, 
     let digest = reader::stored_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
     let Findings { bad_tiles, problems, tiles } = findings;
     let ok = bad_tiles.is_empty() && problems.is_empty();
-    Ok(Verification { ok, digest: digest::hex(&digest), tiles, bad_tiles, problems })
+    Ok(Verification { ok, digest: hashing::hex(&digest), tiles, bad_tiles, problems })
 }
 
 /// The findings so far.
@@ -96,18 +98,18 @@ impl Findings {
     ) -> rusqlite::Result<()> {
         let sql = format!(
             "SELECT {}, f.fid, f.geom FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
-            footprint::columns(version)
+            footprint_rows::columns(version)
         );
         let mut statement = connection.prepare(&sql)?;
         let mut rows = statement.query([&layer.name])?;
         while let Some(row) = rows.next()? {
-            let footprint = footprint::read(row)?;
+            let footprint = footprint_rows::read(row)?;
             let found = bad_tile(
                 connection,
                 layer,
                 &footprint,
-                row.get(COLUMN_COUNT)?,
-                &row.get::<_, Vec<u8>>(COLUMN_COUNT + 1)?,
+                row.get(footprint_rows::COLUMN_COUNT)?,
+                &row.get::<_, Vec<u8>>(footprint_rows::COLUMN_COUNT + 1)?,
             )
             .unwrap_or_else(|error| Some(error.to_string()));
             if let Some(reason) = found {
@@ -249,7 +251,7 @@ fn layer_rows(connection: &Connection, version: u32, layer: &Layer) -> rusqlite:
         layer.name
     ))?;
     let strays: Vec<TileId> =
-        statement.query_map([&layer.name], |row| footprint::tile_at(row, 0))?.collect::<rusqlite::Result<_>>()?;
+        statement.query_map([&layer.name], |row| footprint_rows::tile_at(row, 0))?.collect::<rusqlite::Result<_>>()?;
     problems.extend(strays.iter().map(|tile| format!("tile {tile} has no footprint")));
     let tiles: u32 =
         connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [&layer.name], |row| row.get(0))?;
@@ -258,14 +260,14 @@ fn layer_rows(connection: &Connection, version: u32, layer: &Layer) -> rusqlite:
     }
     let base: Vec<TileId> = connection
         .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?
-        .query_map(params![layer.name, layer.base_zoom], |row| footprint::tile_at(row, 0))?
+        .query_map(params![layer.name, layer.base_zoom], |row| footprint_rows::tile_at(row, 0))?
         .collect::<rusqlite::Result<_>>()?;
     if base.len() as u64 != layer.base_tiles || extent(&base).1 != layer.bounds_deg {
         problems.push("it states another number or extent of its base tiles than it has".into());
     }
     let sources = source::load(connection, &layer.name, SourceTable::Finished, version)?;
     let digest = digest::layer_digest(connection, &LayerHashed::from(layer), version, &sources)?;
-    if Some(digest::hex(&digest)) != layer.digest {
+    if Some(hashing::hex(&digest)) != layer.digest {
         problems.push("its rows do not have the stated digest".into());
     }
     Ok(problems)

@@ -11,7 +11,7 @@ use super::geometry::polygon_blob;
 use super::layer;
 use super::source::{self, SourceTable};
 use super::tile_rows::{self, TileRows, insert_tile};
-use super::{FORMAT_VERSION, StoreError, connection, digest, finish, geopackage};
+use super::{FORMAT_VERSION, StoreError, connection, finish, geopackage};
 use overfly_core::pixels::MaskOutline;
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, params};
@@ -247,7 +247,7 @@ fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
             content.and_then(|c| c.descriptors.as_deref()),
             content.map(|c| &c.cells),
             footprint.as_ref().and_then(|f| f.valid_outline.as_ref()).map(MaskOutline::to_bytes),
-            footprint.as_ref().map(|f| digest::footprint_hash(layer, f)),
+            footprint.as_ref().map(|f| f.hash(layer)),
         ])?;
     Ok(())
 }

@@ -56,6 +56,7 @@ pub fn built(folder: &Path, source: &Path) -> Reader {
         db: db.clone(),
         layer: "ortho".into(),
         sources: vec![source.into()],
+        horizontal_error_m: Some(0.0),
         threads: 2,
         ..Request::default()
     };

@@ -2,7 +2,7 @@
 //!
 //! All numbers are little-endian. A tile is zoom (u8), row and column (u32 each). A text or blob follows its length (u32).
 
-use crate::migration::PLACES_SINCE;
+use crate::versions::PLACES_SINCE;
 use crate::{Footprint, MOST_ERROR_M};
 use overfly_core::pixels::MaskOutline;
 use overfly_core::tile::TileId;
