@@ -67,6 +67,8 @@ struct LayerInfo<'a> {
     #[serde(flatten)]
     layer: &'a Layer,
     sources: Vec<SourceInfo>,
+    /// Ground of which the base level has pixels: `null` while the layer is unfinished.
+    imaged_km2: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -89,7 +91,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .iter()
         .map(|layer| {
             let sources = reader.sources(layer)?.into_iter().map(source_info).collect();
-            Ok(LayerInfo { layer, sources })
+            let imaged = layer.complete.then(|| reader.imaged_area_m2(layer)).transpose()?;
+            Ok(LayerInfo { layer, sources, imaged_km2: imaged.map(|m2| m2 / 1e6) })
         })
         .collect::<Result<Vec<_>, StoreError>>()?;
     let info = Info {
@@ -140,7 +143,7 @@ fn describe(info: &Info<'_>) -> String {
         text.push_str(&format!("{}\n", older_format(info)));
     }
     text.push_str(&info.exported.as_ref().map(ExportInfo::describe).unwrap_or_default());
-    for LayerInfo { layer, sources } in &info.layers {
+    for LayerInfo { layer, sources, imaged_km2 } in &info.layers {
         let [west, south, east, north] = <[f64; 4]>::from(layer.bounds_deg);
         if !layer.complete {
             text.push_str(&format!(
@@ -153,6 +156,10 @@ fn describe(info: &Info<'_>) -> String {
             "\nlayer {}: zoom {} to {}, {} base tiles, {} in all\n  west {west:.5} south {south:.5} east {east:.5} north {north:.5}\n",
             layer.name, layer.min_zoom, layer.base_zoom, layer.base_tiles, layer.tiles,
         ));
+        text.push_str(&format!("  pixels of {:.3} km2 of ground\n", imaged_km2.unwrap_or(0.0)));
+        for (what, stated) in [("licence", &layer.terms.licence), ("attribution", &layer.terms.attribution)] {
+            text.push_str(&stated.as_ref().map(|stated| format!("  {what}: {stated}\n")).unwrap_or_default());
+        }
         text.push_str("  acquired    gsd_m_per_px  error_m  source\n");
         for source in sources {
             text.push_str(&format!(

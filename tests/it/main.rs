@@ -20,6 +20,7 @@ mod hostile_orthophotos;
 mod hostile_stores;
 mod http;
 mod http_exports;
+mod imaged_ground;
 mod imports;
 mod kill;
 mod layers;

@@ -3,7 +3,7 @@
 use super::hashing::{error_bits, optional, place, text};
 use blake3::Hasher;
 use overfly_core::pixels::MaskOutline;
-use overfly_core::tile::TileId;
+use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX, TileId};
 
 /// The properties of one tile.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +53,21 @@ impl Footprint {
             }
         }
         hasher.finalize().into()
+    }
+
+    /// The parts of the tile's extent that have pixels, disjoint, and the share of them that is valid: where the store does not say
+    /// which parts, the whole extent with its valid fraction.
+    pub fn imaged_ground(&self) -> (Vec<MercatorBounds>, f64) {
+        let whole = self.tile.mercator_bounds();
+        let Some(outline) = &self.valid_outline else { return (vec![whole], self.valid_fraction) };
+        let pixel_m = (whole.max_x_m - whole.min_x_m) / f64::from(TILE_SIZE_PX);
+        let part = |[left, upper, right, lower]: [u16; 4]| MercatorBounds {
+            min_x_m: whole.min_x_m + f64::from(left) * pixel_m,
+            min_y_m: whole.max_y_m - f64::from(lower) * pixel_m,
+            max_x_m: whole.min_x_m + f64::from(right) * pixel_m,
+            max_y_m: whole.max_y_m - f64::from(upper) * pixel_m,
+        };
+        (outline.rectangles().into_iter().map(part).collect(), 1.0)
     }
 
     /// The map's error for a covariance, one standard deviation per axis, metres: where it is unknown half a pixel of the layer's

@@ -6,8 +6,8 @@ use super::footprint_rows;
 use super::reader::collect;
 use super::window::{rounded_outward, windows_on_the_map};
 use super::{Layer, Reader, StoreError};
-use overfly_core::tile::{MercatorBounds, TileId};
-use rusqlite::OptionalExtension;
+use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX, TileId};
+use rusqlite::{OptionalExtension, Row};
 
 impl Reader {
     /// Returns the footprints of one zoom whose exact bounds intersect `bounds` (x may run past the antimeridian), by row and
@@ -83,6 +83,25 @@ impl Reader {
         let found = self.with(|c| c.prepare_cached(&sql)?.query_row(key, footprint_rows::read).optional())?;
         self.check_against_proof(layer, found.as_slice(), |w| usize::from(w.knows(&layer.name, tile)))?;
         Ok(found)
+    }
+
+    /// Returns the area of the ground of which a layer has pixels at its base level, true square metres.
+    ///
+    /// # Errors
+    /// Where the layer is unfinished or the store is damaged.
+    pub fn imaged_area_m2(&self, layer: &Layer) -> Result<f64, StoreError> {
+        self.require_complete(layer)?;
+        let sql = "SELECT min(tile_column), tile_row, sum(valid_fraction) FROM footprints
+                   WHERE layer = ?1 AND zoom = ?2 GROUP BY tile_row ORDER BY tile_row";
+        let of_row = |row: &Row<'_>| Ok((row.get(0)?, row.get(1)?, row.get(2)?));
+        let key = (&layer.name, layer.base_zoom);
+        let rows: Vec<(u32, u32, f64)> =
+            self.with(|c| c.prepare_cached(sql)?.query_map(key, of_row)?.collect::<rusqlite::Result<_>>())?;
+        let tile_m2 = |column, row| {
+            let gsd = TileId::new(layer.base_zoom, column, row).map(TileId::gsd);
+            gsd.map_or(0.0, |gsd| gsd.east_m_per_px * gsd.north_m_per_px * f64::from(TILE_SIZE_PX).powi(2))
+        };
+        Ok(rows.iter().map(|(column, row, valid)| valid * tile_m2(*column, *row)).sum())
     }
 
     /// Compares the answer of an index with the proved footprints: it must be complete, and hold nothing else.

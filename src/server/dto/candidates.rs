@@ -17,7 +17,7 @@ pub(crate) struct CandidatesJson {
     region: GeometryJson,
     /// The tiles, best first: by decreasing probability, then by distance from the middle of the region.
     tiles: Vec<CandidateJson>,
-    /// Probability that the image's centre lies in the returned tiles.
+    /// Probability that the image's centre lies where the returned tiles have pixels.
     containment: f64,
     /// Estimated time to search the returned tiles, seconds (K1 of equation 4 times their number).
     estimated_s: f64,
@@ -39,8 +39,10 @@ pub(crate) struct CandidateJson {
     y: u32,
     /// Extent, degrees.
     bounds_deg: GeodeticBoundsJson,
-    /// Probability that the image's centre lies in the tile.
+    /// Probability that the image's centre lies in the tile, where it has pixels.
     probability: f64,
+    /// Share of the tile's pixels that are valid, more than 0 and at most 1.
+    valid_fraction: f64,
     /// Number of keypoints with descriptors.
     keypoints: u32,
     /// How different the descriptors are from each other, in [0, 1].
@@ -87,6 +89,7 @@ impl From<Candidate> for CandidateJson {
             y: tile.y,
             bounds_deg: tile.bounds_deg.into(),
             probability: tile.probability,
+            valid_fraction: tile.valid_fraction,
             keypoints: tile.keypoints,
             distinctiveness: tile.distinctiveness,
             gsd_m_per_px: tile.gsd_m_per_px,

@@ -65,6 +65,13 @@ pub fn ground_scale(latitude_rad: f64) -> GroundScale {
     }
 }
 
+/// Longitude and latitude, degrees, of a Mercator position, metres. Unlike in [`MercatorPoint::to_geodetic`], x = half a world stays 180
+/// degrees.
+pub fn degrees_from_mercator(x_m: f64, y_m: f64) -> [f64; 2] {
+    let latitude_rad = (y_m / SEMI_MAJOR_M).sinh().atan();
+    [(x_m / SEMI_MAJOR_M).to_degrees().clamp(-180.0, 180.0), latitude_rad.to_degrees()]
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::geodesic_between;

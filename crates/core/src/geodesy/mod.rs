@@ -23,6 +23,6 @@ pub use error::GeodesyError;
 pub use geodesic::{Geodesic, destination, geodesic_between};
 pub use geodetic::Geodetic;
 pub use heading::{Heading, wrap_turn_rad};
-pub use mercator::{GroundScale, MercatorPoint, ground_scale};
+pub use mercator::{GroundScale, MercatorPoint, degrees_from_mercator, ground_scale};
 pub use wgs84::{ECCENTRICITY_SQUARED, FLATTENING, SEMI_MAJOR_M, SEMI_MINOR_M, meridian_radius_m, normal_radius_m};
 pub use world::{MAX_LATITUDE_DEG, WORLD_M};

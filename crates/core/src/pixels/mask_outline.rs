@@ -45,6 +45,26 @@ impl MaskOutline {
         self.rings.iter().map(doubled).sum::<f64>() / 2.0
     }
 
+    /// The inside as disjoint rectangles: left, upper, right and lower edge, pixels. Equal runs of successive rows are one.
+    pub fn rectangles(&self) -> Vec<[u16; 4]> {
+        let mut rows: Vec<u16> = self.rings.iter().flatten().map(|[_, y]| *y).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let between =
+            |rows: &[u16]| self.runs(rows[0], rows[1]).into_iter().map(|[x0, x1]| [x0, rows[0], x1, rows[1]]).collect();
+        rows.windows(2).flat_map(|rows| -> Vec<[u16; 4]> { between(rows) }).collect()
+    }
+
+    /// Where the rows from `upper` to `lower`, between which no ring turns, are inside: pairs of left and right edges.
+    fn runs(&self, upper: u16, lower: u16) -> Vec<[u16; 2]> {
+        let sides =
+            |ring: &Vec<[u16; 2]>| (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()])).collect::<Vec<_>>();
+        let spans = |(a, b): &([u16; 2], [u16; 2])| a[0] == b[0] && a[1].min(b[1]) <= upper && a[1].max(b[1]) >= lower;
+        let mut edges: Vec<u16> = self.rings.iter().flat_map(sides).filter(spans).map(|(a, _)| a[0]).collect();
+        edges.sort_unstable();
+        edges.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+    }
+
     /// Returns the outline as bytes: for each ring the number of its points, then x and y of each (u16, little-endian).
     pub fn to_bytes(&self) -> Vec<u8> {
         let number = |value: u16| value.to_le_bytes();
@@ -196,6 +216,14 @@ mod tests {
             let outline = MaskOutline::new(&mask_of(&cells, 8));
             let valid = cells.iter().filter(|cell| **cell).count();
             prop_assert_eq!(outline.area_px2(), (valid * OUTLINE_CELL_PX * OUTLINE_CELL_PX) as f64);
+            let mut covered = Mask::filled(128, 96, false);
+            for [left, upper, right, lower] in outline.rectangles() {
+                for (x, y) in (upper..lower).flat_map(|y| (left..right).map(move |x| (usize::from(x), usize::from(y)))) {
+                    prop_assert!(!covered.at(x, y), "twice");
+                    covered.set(x, y, true);
+                }
+            }
+            prop_assert_eq!(covered, mask_of(&cells, 8));
             prop_assert_eq!(MaskOutline::from_bytes(&outline.to_bytes()), Some(outline));
         }
     }

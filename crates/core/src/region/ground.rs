@@ -8,7 +8,9 @@ use super::reachable::reachable_outline;
 use super::turns::TurningFlight;
 use super::uncertainty::{ImageOnGround, Uncertainty};
 use crate::coupling::{DriftGrowth, nominal_count_combined, nominal_count_sequential, region_edges_m};
-use crate::geodesy::{Enu, Geodetic, LocalFrame, MercatorPoint, SEMI_MAJOR_M, WORLD_M, ground_scale};
+use crate::geodesy::{
+    Enu, Geodetic, LocalFrame, MercatorPoint, SEMI_MAJOR_M, WORLD_M, degrees_from_mercator, ground_scale,
+};
 use crate::tile::MercatorBounds;
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -329,11 +331,6 @@ fn latitude_rad(y_m: f64) -> f64 {
 fn ground_area_scale(y_m: f64) -> f64 {
     let scale = ground_scale(latitude_rad(y_m));
     scale.east * scale.north
-}
-
-/// Longitude and latitude of a Mercator position. Unlike in `MercatorPoint::to_geodetic`, x = half a world stays 180 degrees.
-fn degrees_from_mercator(x_m: f64, y_m: f64) -> [f64; 2] {
-    [(x_m / SEMI_MAJOR_M).to_degrees().clamp(-180.0, 180.0), latitude_rad(y_m).to_degrees()]
 }
 
 #[cfg(test)]

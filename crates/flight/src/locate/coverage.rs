@@ -1,8 +1,9 @@
-//! Where the map is: each layer's tiles joined to rectangles, as GeoJSON.
+//! Where the map has pixels: the ground of each layer's tiles joined to rectangles, as GeoJSON.
 
 use super::candidates::Geometry;
-use overfly_core::tile::TileId;
-use overfly_store::{Layer, Reader, StoreError};
+use overfly_core::geodesy::degrees_from_mercator;
+use overfly_core::tile::{MercatorBounds, TileId};
+use overfly_store::{Footprint, Layer, Reader, StoreError};
 use serde::Serialize;
 use std::collections::HashMap;
 
@@ -23,7 +24,7 @@ pub struct Coverage {
 pub struct CoveredLayer {
     /// "Feature".
     pub r#type: &'static str,
-    /// Disjoint rectangles that together are the layer's tiles.
+    /// Disjoint rectangles that together are the ground of which the layer has pixels.
     pub geometry: Geometry,
     /// What is covered.
     pub properties: CoverageProperties,
@@ -58,20 +59,38 @@ pub fn coverage(store: &Reader, layer: Option<&str>) -> Result<Coverage, StoreEr
 fn covered(store: &Reader, layer: &Layer) -> Result<CoveredLayer, StoreError> {
     let mut zoom = layer.base_zoom;
     let (tiles, rectangles) = loop {
-        let mut tiles: Vec<TileId> = store.footprints(layer, zoom)?.iter().map(|f| f.tile).collect();
-        tiles.sort_unstable();
-        let rectangles = joined(&tiles);
+        let footprints = store.footprints(layer, zoom)?;
+        let rectangles = imaged(zoom, &footprints);
         if rectangles.len() <= MAX_RECTANGLES || zoom <= layer.min_zoom {
-            break (tiles.len(), rectangles);
+            break (footprints.len(), rectangles);
         }
         zoom -= 1;
     };
-    let rings = rectangles.iter().map(|r| ring_deg(zoom, r)).collect();
     Ok(CoveredLayer {
         r#type: "Feature",
-        geometry: Geometry::from_rings(rings),
+        geometry: Geometry::from_rings(rectangles),
         properties: CoverageProperties { layer: layer.name.clone(), zoom, tiles, acquired: layer.acquired.clone() },
     })
+}
+
+/// The rings around the ground of which tiles of one zoom have pixels: whole tiles joined to blocks, the others by their outlines.
+fn imaged(zoom: u8, footprints: &[Footprint]) -> Vec<Vec<[f64; 2]>> {
+    let (partly, whole): (Vec<_>, Vec<_>) = footprints.iter().partition(|f| f.valid_outline.is_some());
+    let mut tiles: Vec<TileId> = whole.iter().map(|f| f.tile).collect();
+    tiles.sort_unstable();
+    let blocks = joined(&tiles).into_iter().map(|block| ring_deg(zoom, &block));
+    blocks.chain(partly.iter().flat_map(|f| f.imaged_ground().0).map(|part| bounds_ring_deg(&part))).collect()
+}
+
+fn bounds_ring_deg(bounds: &MercatorBounds) -> Vec<[f64; 2]> {
+    let corners = [
+        [bounds.min_x_m, bounds.min_y_m],
+        [bounds.max_x_m, bounds.min_y_m],
+        [bounds.max_x_m, bounds.max_y_m],
+        [bounds.min_x_m, bounds.max_y_m],
+        [bounds.min_x_m, bounds.min_y_m],
+    ];
+    corners.map(|[x_m, y_m]| degrees_from_mercator(x_m, y_m)).to_vec()
 }
 
 /// Columns and rows of a block of tiles, first and last.

@@ -94,7 +94,8 @@ fn covered(
     let mut share = 0.0;
     for footprint in store.footprints_in(layer, layer.base_zoom, &region.mercator_bounds())? {
         // The region is uniform, so a tile's probability is its share of the region's area.
-        share += region.probability(&footprint.tile.mercator_bounds()) * footprint.valid_fraction;
+        let (parts, valid) = footprint.imaged_ground();
+        share += parts.iter().map(|part| region.probability(part)).sum::<f64>() * valid;
     }
     Ok(share.min(1.0))
 }

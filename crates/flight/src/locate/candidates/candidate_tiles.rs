@@ -14,7 +14,7 @@ pub struct Candidates {
     pub region: Geometry,
     /// Best first: by falling probability, then by distance from the region's middle.
     pub tiles: Vec<Candidate>,
-    /// Probability that the image's centre lies in the returned tiles.
+    /// Probability that the image's centre lies where the returned tiles have pixels.
     pub containment: f64,
     /// Seconds that searching the returned tiles takes (K1 of equation 4 times their number).
     pub estimated_s: f64,
@@ -35,8 +35,10 @@ pub struct Candidate {
     pub y: u32,
     /// Exact extent, degrees.
     pub bounds_deg: GeodeticBounds,
-    /// Probability that the image's centre lies in it.
+    /// Probability that the image's centre lies in it, where it has pixels.
     pub probability: f64,
+    /// Share of its pixels that are valid, in (0, 1].
+    pub valid_fraction: f64,
     /// Keypoints described in it.
     pub keypoints: u32,
     /// How unlike each other they are, in [0, 1].

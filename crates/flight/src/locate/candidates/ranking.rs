@@ -17,7 +17,7 @@ pub fn rank<'a>(
         .filter_map(|f| {
             let bounds = f.tile.mercator_bounds();
             let met = region.meets(&bounds);
-            met.then(|| (region.probability(&bounds), region.distance_m(&bounds), f))
+            met.then(|| (imaged_probability(region, f), region.distance_m(&bounds), f))
         })
         .collect();
     met.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)).then(a.2.tile.cmp(&b.2.tile)));
@@ -33,6 +33,12 @@ pub fn rank<'a>(
     }
 }
 
+/// The probability that the image's centre lies where a tile has pixels.
+fn imaged_probability(region: &Region, footprint: &Footprint) -> f64 {
+    let (parts, share) = footprint.imaged_ground();
+    parts.iter().map(|part| region.probability(part)).sum::<f64>() * share
+}
+
 fn candidate(layer: &str, footprint: &Footprint, probability: f64) -> Candidate {
     let tile = footprint.tile;
     Candidate {
@@ -43,6 +49,7 @@ fn candidate(layer: &str, footprint: &Footprint, probability: f64) -> Candidate 
         y: tile.row(),
         bounds_deg: tile.bounds(),
         probability,
+        valid_fraction: footprint.valid_fraction,
         keypoints: footprint.keypoints,
         distinctiveness: footprint.distinctiveness,
         gsd_m_per_px: tile.gsd().mean_m_per_px(),
