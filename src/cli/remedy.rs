@@ -54,6 +54,7 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
         R::ExportSigned => "export it with `overfly export --sign KEY`",
         R::CheckStoreAndKey => "check that it is the right store and the right key",
         R::ExportAgain => "export it again",
+        R::CopyAgain => "copy the original again, and let other programs open copies of it read-only",
         R::CopyNewestStore => "copy the newest store, or state --allow-older to go back on purpose",
         R::MakePatch => "`overfly diff OLD NEW --out PATCH` makes a patch",
         R::CopyPatchAgain => "copy the patch again, or make it again with `overfly diff`",

@@ -30,6 +30,7 @@ pub(super) fn spell(remedy: StoreRemedy) -> Option<&'static str> {
         | R::ExportSigned
         | R::CheckStoreAndKey
         | R::ExportAgain
+        | R::CopyAgain
         | R::CopyNewestStore
         | R::MakePatch
         | R::CopyPatchAgain

@@ -222,3 +222,56 @@ fn an_expired_or_stale_store_is_refused_and_a_warning_is_never_silent() {
     let warned = open_onboard(&plain, None, &["730=warn".parse().unwrap()], a_day()).unwrap();
     assert!(warned.findings[0].message.contains("unknown date"), "{:?}", warned.findings);
 }
+
+#[test]
+fn a_sealed_file_that_another_program_opened_is_told_as_that_by_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = Keys::new(folder.path(), "ground.key");
+    for (pragma, mode) in [("PRAGMA journal_mode = WAL", "WAL mode"), ("PRAGMA user_version = 10300", "for writing")] {
+        let store = signed(folder.path(), &keys, None);
+        let connection = rusqlite::Connection::open(&store).unwrap();
+        connection.query_row(pragma, [], |_| Ok(())).or_else(|_| connection.execute_batch(pragma)).unwrap();
+        // A program that only looks begins a transaction all the same.
+        connection.execute_batch("BEGIN IMMEDIATE; CREATE TABLE t (x); DROP TABLE t; COMMIT").unwrap();
+        drop(connection);
+        let found = verified(&store, None);
+        assert_eq!(found.code, Some("opened_for_writing"), "{found:?}");
+        assert!(found.store.problems[0].contains(mode), "{}", found.store.problems[0]);
+        assert_eq!(refusal(&store, &[]), (Some(2), "opened_for_writing".into()));
+        let sides = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        let left: Vec<_> = sides.filter(|name| name.to_string_lossy().contains(".gpkg-")).collect();
+        assert!(left.is_empty(), "reading left {left:?}");
+        std::fs::remove_file(&store).unwrap();
+    }
+}
+
+#[test]
+fn a_lower_serial_is_neither_applied_nor_flown_unless_that_is_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = Keys::new(folder.path(), "ground.key");
+    let exported = |name: &str, serial: Option<u64>, corridor_m: f64| {
+        let out = folder.path().join(name);
+        let key = Some(SecretKey::read(&keys.secret).unwrap());
+        export_to(drawn_store(), &ExportRequest { key, serial, corridor_m, ..drawn_request() }, &out);
+        out
+    };
+    let (new, old) = (exported("new.gpkg", Some(8), 500.0), exported("old.gpkg", Some(7), 600.0));
+    let unnumbered = exported("unnumbered.gpkg", None, 550.0);
+    let apply = |to: &Path, more: &[&str]| {
+        let patch = folder.path().join("back.patch");
+        let made = overfly(&["diff", "--out", patch.to_str().unwrap()], &[&new, to]);
+        assert!(made.status.success(), "{made:?}");
+        let out = folder.path().join("out.gpkg");
+        let _ = std::fs::remove_file(&out);
+        let applied = overfly(&[&["apply", "--json", "--out", out.to_str().unwrap()], more].concat(), &[&new, &patch]);
+        String::from_utf8(applied.stdout).unwrap()
+    };
+    assert!(apply(&old, &[]).contains("older_serial"));
+    assert!(apply(&unnumbered, &[]).contains("older_serial"));
+    assert!(!apply(&old, &["--allow-older"]).contains("error"));
+    assert_eq!(refusal(&old, &["--least-serial", "8"]), (Some(2), "older_serial".into()));
+    assert_eq!(refusal(&new, &["--least-serial", "8"]).1, "it starts");
+    assert_eq!(refusal(&old, &["--least-serial", "8", "--allow-older"]).1, "it starts");
+    let unsigned = overfly(&["export", "--sign", keys.secret.to_str().unwrap(), "--corridor-m", "5"], &[]);
+    assert!(String::from_utf8(unsigned.stderr).unwrap().contains("--serial"));
+}

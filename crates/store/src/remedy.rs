@@ -51,6 +51,8 @@ pub enum StoreRemedy {
     ExportSigned,
     /// Check that this is the right store and the right key.
     CheckStoreAndKey,
+    /// Copy the original again, and open copies with other programs read-only.
+    CopyAgain,
     /// Copy the newest store, or state that an older one is meant.
     CopyNewestStore,
     /// Export the store again.

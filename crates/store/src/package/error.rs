@@ -96,6 +96,18 @@ pub enum PackageError {
         /// What differs.
         reason: String,
     },
+    /// Another program has opened the sealed file for writing.
+    #[error(
+        "{path}: another program has opened this sealed file for writing{}, so it no longer has the digest that was sealed",
+        if *uses_wal { " (and left it in WAL mode)" } else { "" },
+        path = path.display()
+    )]
+    OpenedForWriting {
+        /// The store.
+        path: PathBuf,
+        /// Whether it left the file in WAL mode.
+        uses_wal: bool,
+    },
     /// The store is older than the one in use, or than the demanded serial.
     #[error("{path}: {}, and at least serial {least} is required", serial_text(*found), path = path.display())]
     OlderSerial {
@@ -164,6 +176,7 @@ impl PackageError {
             Self::OtherResult { .. } => "other_result",
             Self::Expired { .. } => "expired_store",
             Self::OlderSerial { .. } => "older_serial",
+            Self::OpenedForWriting { .. } => "opened_for_writing",
             Self::Clock { .. } => "clock_implausible",
             Self::Stale { .. } => "stale_layer",
             Self::Randomness { .. } => "randomness",
@@ -194,6 +207,7 @@ impl PackageError {
             Self::OtherResult { .. } => StoreRemedy::CopyStore,
             Self::Expired { .. } => StoreRemedy::ExportAgain,
             Self::OlderSerial { .. } => StoreRemedy::CopyNewestStore,
+            Self::OpenedForWriting { .. } => StoreRemedy::CopyAgain,
             Self::Clock { .. } => StoreRemedy::SetClock,
             Self::Stale { .. } => StoreRemedy::UseNewerImageryOrPolicy,
             Self::Io { .. } | Self::Randomness { .. } => return None,

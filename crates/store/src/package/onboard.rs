@@ -1,7 +1,7 @@
 //! Opens a store as the aircraft does: proves manifest, signature, age and every footprint.
 
 use super::freshness::{Finding, StalePolicy, check_freshness};
-use super::sealed_file::read_seal;
+use super::sealed_file::{read_seal, require_unopened};
 use super::{Manifest, PackageError, PublicKey, Seal};
 use crate::Reader;
 use jiff::civil::Date;
@@ -40,6 +40,7 @@ pub fn open_onboard(
     let store = match &manifest {
         Some(manifest) => {
             check_layers(&store, manifest)?;
+            require_unopened(path)?;
             let cells = stated_cells(manifest, path)?;
             store.with_stated_cells(cells)
         }

@@ -9,6 +9,9 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
+/// The change counter of a file that was written once.
+const EXPORTED_COUNTER: [u8; 4] = [0, 0, 0, 1];
+
 /// Reads the seal of a file and its position: `None` if the file has no seal.
 ///
 /// # Errors
@@ -29,6 +32,26 @@ pub fn read_seal(path: &Path) -> Result<Option<(Seal, Range<u64>)>, PackageError
         other => other.map_err(fail)?,
     }
     Ok(Seal::from_bytes(&bytes).map(|seal| (seal, range)))
+}
+
+/// Checks that no other program has opened a sealed file for writing: an export has the change counter 1 and a rollback journal (the
+/// file format, 1.3.3 and 1.3.7), and whoever writes counts up, even where it only switches the journal mode. Content that was not
+/// changed has another digest then.
+///
+/// # Errors
+/// [`PackageError::OpenedForWriting`], or where the file cannot be read.
+pub(super) fn require_unopened(path: &Path) -> Result<(), PackageError> {
+    let fail = |e| PackageError::io(path, e);
+    if read_seal(path)?.is_none() {
+        return Ok(());
+    }
+    let mut header = [0; HEADER_LEN];
+    File::open(path).map_err(fail)?.read_exact_at(&mut header, 0).map_err(fail)?;
+    let uses_wal = header[18..20] != [1, 1];
+    if !uses_wal && header[24..28] == EXPORTED_COUNTER {
+        return Ok(());
+    }
+    Err(PackageError::OpenedForWriting { path: path.into(), uses_wal })
 }
 
 /// Seals a store that was written with [`SEAL_LEN`] reserved bytes a page and this manifest. Signs it if `key` is given.

@@ -2,7 +2,7 @@
 
 use super::freshness::check_freshness;
 use super::onboard::{check_layers, proved_manifest};
-use super::sealed_file::read_seal;
+use super::sealed_file::{read_seal, require_unopened};
 use super::{PackageError, PublicKey, file_digest};
 use crate::{Reader, StoreError, StoreRemedy, Verification, hex, verify};
 use jiff::civil::Date;
@@ -72,21 +72,25 @@ pub fn verify_package(
     if !metadata.is_file() {
         return Err(StoreError::NotAStore { path: path.into(), found: "not a regular file".into() }.into());
     }
-    let opened = Reader::open(path);
+    let reopened = require_unopened(path).err();
+    // An immutable connection leaves no side files beside a file in WAL mode.
+    let opened = if reopened.is_some() { Reader::open_onboard(path) } else { Reader::open(path) };
     let whole = WholeFile::read(path, progress)?;
     let reader = match opened {
         Ok(reader) => reader,
         Err(error) => return whole.unopened(error),
     };
+    let is_reopened = reopened.is_some();
     let mut problems: Vec<PackageError> = Vec::new();
     let manifest = proved_manifest(&reader, options.key).map_err(|e| problems.push(e)).ok().flatten();
     if let Some(manifest) = &manifest {
         problems.extend(check_layers(&reader, manifest).err());
         problems.extend(check_freshness(path, reader.layers(), Some(manifest), &[], options.today).err());
     }
+    problems.extend(reopened);
     let mut found: Vec<FoundProblem> = problems.iter().map(problem).collect();
     found.extend(whole.problem());
-    let tile_by_tile = !whole.is_intact() || options.every_tile;
+    let tile_by_tile = !is_reopened && (!whole.is_intact() || options.every_tile);
     let checked = if tile_by_tile { verify(path, &|a, b| progress(a, b)) } else { Ok(footprints_only(&reader, path)) };
     let mut store = match checked {
         Ok(store) => store,
