@@ -40,10 +40,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let key = args.key.as_deref().map(PublicKey::read).transpose()?;
+    let key = args.key.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;
     let out = args.out.as_ref().unwrap_or(&args.store);
     let request = ApplyRequest { store: &args.store, patch: &args.patch, out, key: key.as_ref(), today: today() };
-    let applied = output.during("tiles", |tell| apply(&request, tell))?;
+    let applied = output.during("tiles", |tell| apply(&request, tell)).map_err(Failure::of_crew)?;
     output.say(&applied, || text(&request, &applied));
     Ok(Exit::Done)
 }

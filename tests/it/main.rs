@@ -40,3 +40,4 @@ mod simulation;
 mod sources;
 mod store;
 mod walk;
+mod warnings;

@@ -3,6 +3,7 @@
 
 use super::StoreError;
 use super::connection::{refuse_side_files, side_files};
+use super::disk_space::free_bytes;
 use std::fs::{File, TryLockError};
 use std::io::Read;
 use std::os::unix::fs::{MetadataExt, fchown};
@@ -103,6 +104,20 @@ impl AtomicFile {
                 file.truncate()?;
                 return Ok(file);
             }
+        }
+    }
+
+    /// Checks, before anything is written, that the disk has room for a draft and a file of at least `bytes` each.
+    ///
+    /// # Errors
+    /// [`StoreError::DiskFull`] with what is needed and what is free.
+    pub fn require_room(&self, bytes: u64) -> Result<(), StoreError> {
+        let needed = bytes.saturating_mul(2);
+        match free_bytes(&self.target) {
+            Some(free) if free < needed => {
+                Err(StoreError::DiskFull { path: self.target.clone(), needed: Some(needed), free: Some(free) })
+            }
+            _ => Ok(()),
         }
     }
 

@@ -12,9 +12,10 @@ mod onboard;
 mod patch;
 mod seal;
 mod sealed_file;
+mod sign;
 mod verify;
 
-pub use date::{acquisition_day, parse_date, utc_day};
+pub use date::{acquisition_day, days_between, parse_date, utc_day};
 pub use digest::file_digest;
 pub use error::PackageError;
 pub use freshness::{Finding, StalePolicy, check_freshness};
@@ -28,4 +29,5 @@ pub use patch::{
 };
 pub use seal::{SEAL_LEN, Seal};
 pub use sealed_file::{read_seal, write_seal};
+pub use sign::{Signed, sign};
 pub use verify::{PackageVerification, VerifyOptions, verify_package};
