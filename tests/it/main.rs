@@ -23,6 +23,7 @@ mod imports;
 mod kill;
 mod layers;
 mod merge;
+mod mistakes;
 mod motions;
 mod needs;
 mod negatives;
