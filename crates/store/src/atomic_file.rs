@@ -274,6 +274,20 @@ mod tests {
     }
 
     #[test]
+    fn too_little_room_is_told_before_anything_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = AtomicFile::create(&folder.path().join("a.gpkg"), FileKind::Store, &[]).unwrap();
+        file.require_room(1).unwrap();
+        let refused = file.require_room(1 << 60).unwrap_err();
+        assert_eq!(refused.code(), "disk_full");
+        let text = refused.to_string();
+        assert!(
+            text.contains("2305843009213.7 MB are needed, ") && text.contains(" MB are free; the previous"),
+            "{text}"
+        );
+    }
+
+    #[test]
     fn keeps_links_and_permissions() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();

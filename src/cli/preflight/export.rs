@@ -94,25 +94,18 @@ struct Reported<'a, T> {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open(&args.db)?;
     let request = request(args, &store)?;
-    let warn = |coverage: &[CorridorCoverage], widest_m: f64| {
-        let warnings = export_warnings(&store, &args.layer, coverage, (args.corridor_m, widest_m));
-        warnings.iter().for_each(|warning| output.note(&format!("WARNING: {}", warning.message)));
-        warnings
-    };
-    let looked = (args.dry_run || args.require_covered.is_some()).then(|| preview(&store, &request)).transpose()?;
-    if let (Some(preview), Some(least)) = (&looked, args.require_covered) {
-        require_covered(args, &preview.coverage, least)
-            .inspect_err(|_| drop(warn(&preview.coverage, preview.widest_m)))?;
-    }
-    if let (Some(preview), true) = (&looked, args.dry_run) {
-        let warnings = warn(&preview.coverage, preview.widest_m);
-        steps(&preview.coverage, output);
-        let reported = Reported { dry_run: true, warnings: &warnings, result: preview };
-        output.say(&reported, || previewed(args, preview));
+    // Looking costs little beside writing, and a planner wants to know before it.
+    let looked = preview(&store, &request)?;
+    let warnings = export_warnings(&store, &args.layer, &looked.coverage, (args.corridor_m, looked.widest_m));
+    warnings.iter().for_each(|warning| output.note(&format!("WARNING: {}", warning.message)));
+    args.require_covered.map_or(Ok(()), |least| require_covered(args, &looked.coverage, least))?;
+    if args.dry_run {
+        steps(&looked.coverage, output);
+        let reported = Reported { dry_run: true, warnings: &warnings, result: &looked };
+        output.say(&reported, || previewed(args, &looked));
         return Ok(Exit::Done);
     }
     let exported = output.during("tiles", |tell| export(&store, &request, &args.out, tell))?;
-    let warnings = warn(&exported.coverage, exported.widest_m);
     steps(&exported.coverage, output);
     output.say(&Reported { dry_run: false, warnings: &warnings, result: &exported }, || text(args, &exported));
     Ok(Exit::Done)
