@@ -94,12 +94,12 @@ fn where_a_frame_is_to_be_located() {
         ),
         (format!("{prior} --heading-deg 400 {camera}"), 2, vec!["heading_deg = 400", "in [0, 360)"]),
         (
-            format!("{prior} --heading-deg 4.74 {camera} --explain"),
+            format!("{prior} --heading-deg 4.74 {camera} --explain --explain-limit-s 120"),
             3,
             vec!["no fix", "not 4.74: --heading-deg looks like radians"],
         ),
         (
-            format!("{prior} --heading-deg 271.6 --height-m 1641 --camera camera.toml --explain"),
+            format!("{prior} --heading-deg 271.6 --height-m 1641 --camera camera.toml --explain --explain-limit-s 120"),
             3,
             vec!["not 1641 m: --height-m looks like feet (ratio 3.28)"],
         ),
@@ -123,6 +123,28 @@ fn where_a_frame_is_to_be_located() {
     ];
     let mistakes: Vec<Mistake<'_>> = lines.iter().map(|(w, e, p)| (w.as_str(), *e, p.as_slice())).collect();
     check(&mistakes);
+}
+
+#[test]
+fn hints_name_other_headings_scales_and_layers_and_are_no_fix() {
+    let folder = desk();
+    let far = project("tests/fixtures/degrees.tif").display().to_string();
+    assert_eq!(said(folder.path(), &format!("build --db map.gpkg --layer far {far}")).0, Some(0));
+    let prior = format!("{FRAME} --latitude-deg 48.4915 --longitude-deg 15.6160 --sigma-m 200 --camera camera.toml");
+    let ask = |more: &str| said(folder.path(), &format!("{prior} {more} --explain --explain-limit-s 120 --json"));
+    for (more, kind, words) in [
+        ("--layer ortho --heading-deg 92 --height-m 500.4", "heading", ", not 92.0: check --heading-deg"),
+        ("--layer ortho --heading-deg 271.6 --height-m 1000", "scale", "matches at 0.50 times the stated scale"),
+        ("--layer far --heading-deg 271.6 --height-m 500.4", "layer", "matches in the layer ortho: try --layer ortho"),
+    ] {
+        let (exit, said) = ask(more);
+        assert_eq!(exit, Some(3), "{more}: {said}");
+        let answer: serde_json::Value = serde_json::from_str(said.lines().next().unwrap()).unwrap();
+        assert_eq!((answer["status"].as_str(), answer["hints"][0]["kind"].as_str()), (Some("no_fix"), Some(kind)));
+        assert!(answer["hints"][0]["message"].as_str().unwrap().contains(words), "{more}: {answer}");
+    }
+    let (exit, said) = ask("--layer ortho --heading-deg 271.6 --height-m 500.4");
+    assert!(exit == Some(0) && !said.contains("hints"), "{said}");
 }
 
 #[test]
