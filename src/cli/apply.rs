@@ -43,7 +43,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let key = args.key.as_deref().map(PublicKey::read).transpose()?;
+    let key = args.key.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;
     let out = args.out.as_ref().unwrap_or(&args.store);
     let request = ApplyRequest {
         store: &args.store,
@@ -53,7 +53,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         today: today(),
         allow_older: args.allow_older,
     };
-    let applied = output.during("tiles", |tell| apply(&request, tell))?;
+    let applied = output.during("tiles", |tell| apply(&request, tell)).map_err(Failure::of_crew)?;
     output.say(&applied, || text(&request, &applied));
     Ok(Exit::Done)
 }

@@ -10,11 +10,14 @@ use std::path::Path;
 /// If the file cannot be read, a key is missing or of the wrong kind, or the values do not describe a camera.
 pub fn read_camera(path: &Path) -> Result<CameraFile, Failure> {
     let file = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|cause| Failure::unusable("unreadable", anyhow::anyhow!("{file}: {cause}")))?;
     let refuse = |reason: String| {
-        Failure::unusable("not_a_camera", anyhow::anyhow!("{file} does not describe a camera: {reason}"))
+        let error = anyhow::anyhow!("{file} does not describe a camera: {reason}");
+        Failure::unusable("not_a_camera", error).with_remedy(Some("`overfly fix --help` describes camera.toml"))
     };
+    let text = std::fs::read_to_string(path).map_err(|cause| match cause.kind() {
+        std::io::ErrorKind::InvalidData => refuse("it is not text".into()),
+        _ => Failure::unusable("unreadable", anyhow::anyhow!("{file}: {cause}")).with_remedy(Some("check the name")),
+    })?;
     let camera: CameraFile = toml::from_str(&text).map_err(|e| refuse(e.to_string().trim().replace('\n', " ")))?;
     camera.check().map_err(|e| refuse(e.to_string()))?;
     Ok(camera)

@@ -2,7 +2,10 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::layer::chosen_layer;
+use crate::cli::number::{any, metres};
 use crate::cli::output::Output;
+use crate::cli::outside_map::outside_note;
 use overfly_flight::locate::candidates::{CandidateParameters, Candidates, candidates};
 use overfly_store::Reader;
 use std::path::PathBuf;
@@ -36,52 +39,52 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     db: PathBuf,
     /// Most likely position of the image's centre, degrees north; combined: where the last fix was.
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", value_parser = any)]
     latitude_deg: f64,
     /// Longitude of that point, degrees east.
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", value_parser = any)]
     longitude_deg: f64,
     /// Direction of the image's upper edge, degrees clockwise from true north, in [0, 360); combined: heading at the last fix.
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", value_parser = any)]
     heading_deg: f64,
     /// The image's extent on the ground across the heading, metres (the paper's a).
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     across_m: f64,
     /// The image's extent on the ground along the heading, metres (the paper's b).
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     along_m: f64,
     /// Coupling mode: sequential, parallel or combined [default: sequential].
     #[arg(long, value_name = "MODE")]
     mode: Option<String>,
     /// Full width of the last fix's error, metres (the paper's I). All modes.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     inaccuracy_m: Option<f64>,
     /// Drift since the last fix to either side, metres (the paper's D_T). Sequential mode.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     drift_m: Option<f64>,
     /// Instead of inaccuracy and drift: one standard deviation towards east, metres. Sequential mode.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     sigma_east_m: Option<f64>,
     /// One standard deviation towards north, metres. Sequential mode.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     sigma_north_m: Option<f64>,
     /// Correlation of east and north, in (-1, 1) [default: 0].
-    #[arg(long, value_name = "R")]
+    #[arg(long, value_name = "R", value_parser = any)]
     correlation: Option<f64>,
     /// Drift of one relative registration to either side, metres (the paper's D_U). Parallel mode.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     unit_drift_m: Option<f64>,
     /// How long the absolute registration before this search ran, seconds (the paper's t_exe). Parallel and combined modes.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = any)]
     execution_s: Option<f64>,
     /// Time of one relative registration, seconds (the paper's t0). Parallel mode.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = any)]
     relative_s: Option<f64>,
     /// Ground speed, metres per second (the paper's v). Combined mode.
-    #[arg(long, value_name = "MPS")]
+    #[arg(long, value_name = "MPS", value_parser = any)]
     speed_mps: Option<f64>,
     /// Smallest turn radius, metres (the paper's R_min). Combined mode.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres)]
     min_turn_radius_m: Option<f64>,
     /// Which layer [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
@@ -90,7 +93,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     max_tiles: Option<u64>,
     /// Search the coarsest level whose pixels are no larger than this [default: the base level].
-    #[arg(long, value_name = "M_PER_PX")]
+    #[arg(long, value_name = "M_PER_PX", value_parser = any)]
     gsd_m_per_px: Option<f64>,
 }
 
@@ -126,12 +129,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open(&args.db)?;
     let answer = candidates(&store, &query)?;
     output.say(&answer, || table(&answer));
+    if answer.tiles.is_empty() {
+        let layer = chosen_layer(&store, args.layer.as_deref())?;
+        output.note(&outside_note(layer, args.latitude_deg, args.longitude_deg));
+    }
     Ok(Exit::Done)
 }
 
 fn table(answer: &Candidates) -> String {
     if answer.tiles.is_empty() {
-        return "no tile: the region to search lies outside the layer (`overfly info` prints its extent)".into();
+        return "no tile: the region to search lies outside the layer".into();
     }
     let mut lines = vec![format!(
         "{:<28} {:>11} {:>9} {:>15} {:>9}  acquired",

@@ -1,7 +1,7 @@
 //! `Failure`: why a command failed, with its exit code and code word.
 
 use crate::cli::exit::Exit;
-use crate::cli::remedy::{locate_remedy, spell};
+use crate::cli::remedy::{locate_remedy, spell, spell_for_crew};
 use overfly_flight::frame::FrameError;
 use overfly_flight::locate::LocateError;
 use overfly_flight::locate::candidates::CandidatesError;
@@ -30,6 +30,13 @@ impl Failure {
     /// A failure of the work: exit code 1.
     pub fn failed(code: &'static str, error: impl Into<anyhow::Error>) -> Self {
         Self { exit: Exit::Failed, code, error: error.into(), remedy: None }
+    }
+
+    /// The failure of a command that a crew runs, with what a crew can do: it has no imagery, secret key or map.
+    pub fn of_crew(error: impl Into<PackageError>) -> Self {
+        let error = error.into();
+        let remedy = error.remedy().map(spell_for_crew);
+        Self::from(error).with_remedy(remedy)
     }
 
     /// The failure with the remedy, if there is one.
@@ -66,7 +73,13 @@ impl From<CandidatesError> for Failure {
 
 impl From<FrameError> for Failure {
     fn from(error: FrameError) -> Self {
-        Self::unusable(error.code(), error)
+        let remedy = match &error {
+            FrameError::Unreadable { path, .. } if path.is_dir() => Some("name one image, not a folder"),
+            FrameError::Unreadable { .. } => Some("check the name"),
+            FrameError::NotAnImage { .. } => Some("name a PNG, JPEG or WebP image"),
+            FrameError::Damaged { .. } | FrameError::TooLarge { .. } => None,
+        };
+        Self::unusable(error.code(), error).with_remedy(remedy)
     }
 }
 

@@ -3,18 +3,22 @@
 use crate::cli::attitude_note::view_note;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::fix_hints::HintLine;
 use crate::cli::layer::chosen_layer;
-use crate::cli::number::any;
+use crate::cli::number::{any, metres, positive};
 use crate::cli::output::Output;
+use crate::cli::outside_map::outside_note;
 use crate::cli::pictures::Pictures;
 use crate::cli::threads::default_threads;
 use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
+use overfly_core::pixels::Gray;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, FixParameters, PositionOf, locate, locate_traced};
+use overfly_flight::locate::{Answer, FixParameters, FixRequest, PositionOf, Reason, hints, locate, locate_traced};
 use overfly_store::Reader;
+use serde::Serialize;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const HELP: &str = "\
 A prior position and heading make the search small and fast. The scale is always needed, either as --gsd-m-per-px or as
@@ -24,7 +28,7 @@ the image's centre, which is what registration measures, is reported with its ow
 is known: prior and answer are then the image's centre (position_of: image_centre).
 
 Examples:
-  overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25
+  overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25 --explain
   overfly fix --db map.gpkg --image frame.jpg --latitude-deg 48.4915 --longitude-deg 15.616 --sigma-m 200 \\
       --heading-deg 271.6 --height-m 500 --camera camera.toml --pitch-deg 1.2 --roll-deg 0 --json
 
@@ -51,7 +55,7 @@ pub struct Args {
     #[arg(long, value_name = "DEG", value_parser = any, requires_all = ["latitude_deg", "sigma_m"])]
     longitude_deg: Option<f64>,
     /// One standard deviation of that position per axis, metres in [0.001, 1e7].
-    #[arg(long, value_name = "M", value_parser = any, requires = "latitude_deg")]
+    #[arg(long, value_name = "M", value_parser = metres, requires = "latitude_deg")]
     sigma_m: Option<f64>,
     /// Direction of the image's upper edge, degrees clockwise from true north, in [0, 360); without it, all headings are searched.
     #[arg(long, value_name = "DEG", value_parser = any)]
@@ -67,6 +71,12 @@ pub struct Args {
     /// When the image was taken, seconds of any clock; repeated in the answer.
     #[arg(long, value_name = "S", value_parser = any)]
     time_s: Option<f64>,
+    /// On no fix, search on for what was stated wrongly: heading, scale or layer. The hints are no fix, and the exit code stays 3.
+    #[arg(long)]
+    explain: bool,
+    /// Search for hints for at most so many seconds.
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 10.0, requires = "explain")]
+    explain_limit_s: f64,
     #[command(flatten)]
     pictures: Pictures,
     /// Threads to search with.
@@ -97,11 +107,53 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if let Some(trace) = &trace {
         args.pictures.write(&store, &args.image, &request, &answer, trace, output)?;
     }
-    output.say(&AnswerJson::new(answer.clone(), elapsed_ms), || text(&answer, elapsed_ms));
+    if let (Answer::NoFix(none), Some(latitude_deg), Some(longitude_deg)) =
+        (&answer, args.latitude_deg, args.longitude_deg)
+        && none.reason == Reason::OutsideMap
+    {
+        output.note(&outside_note(store.layer(&layer)?, latitude_deg, longitude_deg));
+    }
+    let hints = args.hints(&store, &frame, &request, &answer)?;
+    let line = AnswerLine { answer: AnswerJson::new(answer.clone(), elapsed_ms), hints: hints.as_deref() };
+    output.say(&line, || text(&answer, elapsed_ms) + &hints_text(hints.as_deref()));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }
 
+/// The answer as a JSON line.
+#[derive(Serialize)]
+struct AnswerLine<'a> {
+    #[serde(flatten)]
+    answer: AnswerJson,
+    /// With --explain, if there is no fix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hints: Option<&'a [HintLine]>,
+}
+
+fn hints_text(hints: Option<&[HintLine]>) -> String {
+    match hints {
+        None => String::new(),
+        Some([]) => "\nhint       none: no other heading, scale or layer matches, as far as the time allowed".into(),
+        Some(hints) => hints.iter().map(|hint| format!("\nhint       {}", hint.message)).collect(),
+    }
+}
+
 impl Args {
+    /// The hints, if they are asked for and there is no fix.
+    fn hints(
+        &self,
+        store: &Reader,
+        frame: &Gray,
+        request: &FixRequest,
+        answer: &Answer,
+    ) -> Result<Option<Vec<HintLine>>, Failure> {
+        if !self.explain || matches!(answer, Answer::Fix(_)) {
+            return Ok(None);
+        }
+        let limit = Duration::try_from_secs_f64(self.explain_limit_s).unwrap_or(Duration::MAX);
+        let found = hints(store, frame, request, self.threads.get(), limit)?;
+        Ok(Some(found.into_iter().map(HintLine::from).collect()))
+    }
+
     /// The flags as the library takes them; the library checks the values.
     fn parameters(&self) -> Result<FixParameters, Failure> {
         let view = self.viewpoint.parameters()?;

@@ -30,7 +30,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (public_path, public) = generate(&args.out)?;
     let json = serde_json::json!({"key": args.out, "public_key": public_path, "public_key_hex": public.to_hex()});
     output.say(&json, || {
-        format!("{} (keep it secret) and {} ({})", args.out.display(), public_path.display(), public.to_hex())
+        let (secret, public_path) = (args.out.display(), public_path.display());
+        format!(
+            "{secret} (keep it secret) and {public_path} ({})\nfingerprint {}",
+            public.to_hex(),
+            public.fingerprint()
+        )
     });
     Ok(Exit::Done)
 }

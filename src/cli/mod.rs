@@ -6,18 +6,22 @@ mod attitude_note;
 mod camera_file;
 mod exit;
 mod failure;
+mod fix_hints;
 mod folder;
 mod layer;
 mod number;
 mod output;
+mod outside_map;
 #[cfg(feature = "lab")]
 mod pictures;
 #[cfg(not(feature = "lab"))]
 #[path = "no_pictures.rs"]
 mod pictures;
 mod remedy;
+mod stop_signal;
 mod threads;
 mod today;
+mod usage;
 mod viewpoint;
 
 mod apply;
@@ -29,6 +33,7 @@ mod info;
 mod keygen;
 mod motion;
 mod serve;
+mod sign;
 mod verify;
 
 #[cfg(feature = "lab")]
@@ -36,15 +41,16 @@ mod lab;
 #[cfg(feature = "preflight")]
 mod preflight;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use exit::Exit;
 use failure::Failure;
 use output::Output;
 use std::process::ExitCode;
+use usage::usage_failure;
 
 /// Help that applies to every command.
 const HELP: &str = "\
-Before the flight: build, merge, verify, evaluate, calibrate, experiment, simulate, plan, export, diff, apply.
+Before the flight: build, merge, verify, evaluate, calibrate, experiment, simulate, plan, export, sign, diff, apply.
 In flight: candidates, fix, motion; or serve, which offers all three over HTTP.
 
   overfly demo                                       everything, on the project's own tiles
@@ -93,6 +99,8 @@ enum Command {
     Apply(apply::Args),
     /// Make a pair of keys to sign exported stores with.
     Keygen(keygen::Args),
+    /// Sign an export that was made without a key.
+    Sign(sign::Args),
     /// Serve a store over HTTP.
     Serve(serve::Args),
     #[cfg(feature = "lab")]
@@ -103,18 +111,26 @@ enum Command {
 }
 
 /// Prints why the usage is wrong, with its code word; or the help or version that was asked for.
-fn refuse(usage: &clap::Error) -> ExitCode {
+fn refuse(usage: clap::Error) -> ExitCode {
     let is_help = usage.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     if is_help || !usage.use_stderr() {
         usage.exit();
     }
-    let text = usage.to_string();
-    let message = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
     // Arguments that cannot be parsed do not say whether JSON is requested.
     let json = std::env::args_os().any(|word| word == "--json");
-    let failure = Failure::unusable("usage", anyhow::anyhow!("{message}"));
+    let failure = usage_failure(usage);
     Output::new(json, true).failure(&failure);
     failure.exit.into()
+}
+
+/// Parses the command line. A negative number is a value, never a flag.
+fn parse() -> Result<Cli, clap::Error> {
+    let command = with_negative_numbers(Cli::command());
+    Cli::from_arg_matches(&command.try_get_matches()?)
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command.mut_subcommands(with_negative_numbers).allow_negative_numbers(true)
 }
 
 fn dispatch(command: &Command, output: &Output) -> Result<Exit, Failure> {
@@ -129,6 +145,7 @@ fn dispatch(command: &Command, output: &Output) -> Result<Exit, Failure> {
         Command::Diff(args) => diff::run(args, output),
         Command::Apply(args) => apply::run(args, output),
         Command::Keygen(args) => keygen::run(args, output),
+        Command::Sign(args) => sign::run(args, output),
         Command::Serve(args) => serve::run(args, output),
         #[cfg(feature = "lab")]
         Command::Lab(command) => lab::run(command, output),
@@ -138,9 +155,9 @@ fn dispatch(command: &Command, output: &Output) -> Result<Exit, Failure> {
 
 /// Runs the program and returns its exit code.
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match parse() {
         Ok(cli) => cli,
-        Err(usage) => return refuse(&usage),
+        Err(usage) => return refuse(usage),
     };
     let output = Output::new(cli.json, cli.quiet);
     match dispatch(&cli.command, &output) {

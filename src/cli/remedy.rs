@@ -17,11 +17,50 @@ pub fn locate_remedy(error: &LocateError) -> Option<&'static str> {
     }
 }
 
+/// Spells a remedy for those who load and fly the aircraft: they can copy files and ask the planner, and cannot build, export or sign.
+pub fn spell_for_crew(remedy: StoreRemedy) -> &'static str {
+    use StoreRemedy as R;
+    match remedy {
+        R::Build => "check the name, or copy the store again",
+        R::ResumeBuild | R::ResumeBuildAndCopy | R::ResumeBuildOrGrantAccess => {
+            "copy it again after the planner has finished it, and nothing but the store itself"
+        }
+        R::Rebuild | R::Migrate => {
+            "ask the planner for a store that this overfly reads, or install the overfly that made it"
+        }
+        R::BuildOriginalAndExport | R::ExportAgain => "ask the planner for a new one",
+        R::FreeSpace => "free space on the disk and run the same command again",
+        R::RestoreOrRebuild | R::RestoreOrExportAgain | R::VerifyAndRestore => {
+            "copy it again; if it still fails, ask the planner for a new one"
+        }
+        R::GenerateKey => "name the public key, KEY.pub, that the planner has sent",
+        R::ExportSigned => "ask the planner for a signed one",
+        R::CopyAgain => "copy it again; other programs may open a copy of it, but not this file",
+        R::MakePatch | R::CopyPatchAgain => "copy the patch again; if it still fails, copy the new store as a whole",
+        R::MakePatchFromThisStore => "ask the planner for a patch from this store, or copy the new store as a whole",
+        R::UseNewerImageryOrPolicy => "ask the planner for newer imagery, or change `--stale-after-days`",
+        R::UpdateProgram
+        | R::GrantAccess
+        | R::CreateFolder
+        | R::CheckDisk
+        | R::CheckDiskAndOpenFiles
+        | R::Wait
+        | R::Reopen
+        | R::RenameOrRemove
+        | R::ChooseOtherName
+        | R::ChooseOtherPath
+        | R::CheckStoreAndKey
+        | R::CopyStore
+        | R::CopyNewestStore
+        | R::SetClock => spell(remedy),
+    }
+}
+
 /// Spells a remedy of the store.
 pub fn spell(remedy: StoreRemedy) -> &'static str {
     use StoreRemedy as R;
     match remedy {
-        R::Build => "make a store with `overfly build --db FILE SOURCE...`",
+        R::Build => "check the name, or make a store with `overfly build --db FILE SOURCE...`",
         R::ResumeBuild => "run the same `overfly build` again: it continues where it stopped",
         R::ResumeBuildAndCopy => {
             "run the same `overfly build` again where the store can be written, then copy the store"
@@ -62,5 +101,54 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
         R::CopyStore => "the old store is unchanged: copy the new store as a whole",
         R::SetClock => "set the clock",
         R::UseNewerImageryOrPolicy => "build it from newer imagery, or change `--stale-after-days`",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crew_is_never_told_to_build_export_or_sign() {
+        use StoreRemedy as R;
+        let all = [
+            R::Build,
+            R::ResumeBuild,
+            R::ResumeBuildAndCopy,
+            R::ResumeBuildOrGrantAccess,
+            R::Rebuild,
+            R::Migrate,
+            R::UpdateProgram,
+            R::BuildOriginalAndExport,
+            R::GrantAccess,
+            R::CreateFolder,
+            R::FreeSpace,
+            R::CheckDisk,
+            R::CheckDiskAndOpenFiles,
+            R::Wait,
+            R::Reopen,
+            R::RestoreOrRebuild,
+            R::RestoreOrExportAgain,
+            R::VerifyAndRestore,
+            R::RenameOrRemove,
+            R::ChooseOtherName,
+            R::ChooseOtherPath,
+            R::GenerateKey,
+            R::ExportSigned,
+            R::CheckStoreAndKey,
+            R::ExportAgain,
+            R::MakePatch,
+            R::CopyPatchAgain,
+            R::MakePatchFromThisStore,
+            R::CopyStore,
+            R::SetClock,
+            R::UseNewerImageryOrPolicy,
+        ];
+        for remedy in all {
+            let said = spell_for_crew(remedy);
+            for word in ["build", "overfly export", "overfly diff", "keygen", "--sign"] {
+                assert!(!said.contains(word), "{remedy:?}: {said}");
+            }
+        }
     }
 }

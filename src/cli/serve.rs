@@ -5,6 +5,7 @@ mod allocator;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
+use crate::cli::stop_signal::stop_signal;
 use crate::cli::today::today;
 use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
 use anyhow::Context;
@@ -70,17 +71,17 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         allocator::limit_heaps();
     }
     let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
-    let key = args.require_signature.as_deref().map(PublicKey::read).transpose()?;
+    let key = args.require_signature.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;
     log();
     log_panics();
     let limits = limits(args);
     let (service, store, warnings) = if args.onboard {
-        let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today())?;
+        let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today()).map_err(Failure::of_crew)?;
         let least = args.least_serial.filter(|_| !args.allow_older);
-        require_serial(&args.db, opened.manifest.as_ref(), least)?;
+        require_serial(&args.db, opened.manifest.as_ref(), least).map_err(Failure::of_crew)?;
         let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
         warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
-        (Service::Onboard, opened.store.with_cache_limits(limits.keep)?, warnings)
+        (Service::Onboard, opened.store.with_cache_limits(limits.keep).map_err(Failure::of_crew)?, warnings)
     } else {
         (Service::Preflight, Reader::open_proved(&args.db)?, Vec::new())
     };
@@ -125,17 +126,4 @@ fn log() {
     let colours = std::io::stderr().is_terminal();
     let _ =
         tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours).with_writer(std::io::stderr).try_init();
-}
-
-/// A future that is ready once the process is told to stop. The signal handlers are installed when this function returns.
-fn stop_signal() -> std::io::Result<impl Future<Output = ()> + Send + 'static> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    Ok(async move {
-        tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
-        }
-    })
 }

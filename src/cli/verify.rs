@@ -3,13 +3,20 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
-use crate::cli::remedy::spell;
+use crate::cli::remedy::spell_for_crew;
 use crate::cli::today::today;
-use overfly_store::package::{PackageVerification, PublicKey, VerifyOptions, verify_package};
+use overfly_store::Layer;
+use overfly_store::package::{
+    Date, Manifest, ManifestRoute, PackageVerification, PublicKey, VerifyOptions, acquisition_day, days_between,
+    verify_package,
+};
 use std::path::PathBuf;
 use std::time::Instant;
 
 const HELP: &str = "\
+The first line is the verdict. The next ones say what the file is for: the ends of its route, its last day, the age of its imagery, and
+the first digits of its signer's key. Without --key nobody has checked who signed it.
+
 For an exported store, checks the digest of the whole file (every byte counts), the seal, manifest and signature, the last day, and
 every footprint. If the file's digest is wrong, with --every-tile, and for a store that is not exported, also checks every tile by
 itself, the indexes, and the rules of SQLite and GeoPackage; then all damaged tiles are listed.
@@ -37,35 +44,31 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let key = args.key.as_deref().map(PublicKey::read).transpose()?;
+    let key = args.key.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;
     let options = VerifyOptions { key: key.as_ref(), today: today(), every_tile: args.every_tile };
     let start = Instant::now();
     let outcome = output.during("", |tell| verify_package(&args.file, &options, tell));
     let elapsed_s = start.elapsed().as_secs_f64();
     let found = outcome.map_err(|e| {
         let exit = if e.is_unusable_input() { Exit::Unusable } else { Exit::NoFix };
-        let remedy = e.remedy().map(|remedy| spell(remedy).to_owned());
-        Failure { exit, code: e.code(), error: e.into(), remedy }
+        Failure { exit, ..Failure::of_crew(e) }
     })?;
     let mut json = serde_json::to_value(&found).expect("results serialise");
     json["elapsed_s"] = elapsed_s.into();
+    json["signer_checked"] = (found.store.ok && found.signed_by.is_some() && args.key.is_some()).into();
     output.say(&json, || describe(args, &found));
     Ok(if found.store.ok { Exit::Done } else { Exit::NoFix })
 }
 
+/// The verdict first, then what the store is for, then what is wrong.
 fn describe(args: &Args, found: &PackageVerification) -> String {
     let (file, store) = (args.file.display(), &found.store);
     if store.ok {
-        let exported = match (&found.signed_by, found.sealed) {
-            (Some(key), _) => format!(", whole file, signed by {key}"),
-            (None, true) => ", whole file, not signed".into(),
-            (None, false) => String::new(),
-        };
-        return format!("{file}: good: {} tiles, digest {}{exported}", store.tiles, store.digest);
+        return verify_text(args, found);
     }
     let code = found.code.unwrap_or("damaged_store");
-    let remedy = found.remedy.map(|remedy| format!("; {}", spell(remedy))).unwrap_or_default();
-    let mut text = format!("{file}: NOT good [{code}]{remedy}");
+    let remedy = found.remedy.map(|remedy| format!("; {}", spell_for_crew(remedy))).unwrap_or_default();
+    let mut text = format!("NOT GOOD: do not fly with {file} [{code}]{remedy}");
     for problem in &store.problems {
         text.push_str(&format!("\n  {problem}"));
     }
@@ -74,4 +77,112 @@ fn describe(args: &Args, found: &PackageVerification) -> String {
         text.push_str(&format!("\n  {first}tile {} of layer {}: {}", tile.id, tile.layer, tile.reason));
     }
     text
+}
+
+/// A good store as the person who loads the aircraft asks about it.
+fn verify_text(args: &Args, found: &PackageVerification) -> String {
+    let (file, today) = (args.file.display(), today());
+    let unchecked = found.signed_by.is_some() && args.key.is_none();
+    let but = if unchecked { " (the signer was NOT checked: name the key with --key KEY.pub)" } else { "" };
+    let mut lines = vec![format!("GOOD: {file}{but}")];
+    if let Some(manifest) = &found.manifest {
+        lines.extend(mission(manifest).map(|mission| format!("mission    {mission}")));
+        lines.push(format!("route      {}", route_text(&manifest.route)));
+        lines.push(format!("valid      {}", validity(manifest, today)));
+    } else {
+        lines.push("kind       a map, not an export: it has no route, last day or signature".into());
+    }
+    lines.extend(found.layers.iter().filter(|l| l.complete).map(|l| format!("imagery    {}", age(l, today))));
+    lines.extend(found.manifest.as_ref().map(|manifest| format!("signer     {}", signer(manifest, args))));
+    let whole = if found.sealed { ", every byte checked" } else { "" };
+    let megabytes = found.bytes as f64 / 1e6;
+    lines.push(format!(
+        "content    {} tiles, {megabytes:.1} MB{whole}, digest {}",
+        found.store.tiles, found.store.digest
+    ));
+    lines.join("\n")
+}
+
+/// Name and serial, where the manifest states either.
+fn mission(manifest: &Manifest) -> Option<String> {
+    let serial = manifest.serial.map(|serial| format!("serial {serial}"));
+    let stated: Vec<String> = manifest.name.iter().cloned().chain(serial).collect();
+    (!stated.is_empty()).then(|| stated.join(", "))
+}
+
+fn route_text(route: &ManifestRoute) -> String {
+    let ends = route.lines_deg.first().and_then(|line| Some((line.first()?, line.last()?)));
+    let place = |[longitude_deg, latitude_deg]: &[f64; 2]| format!("{latitude_deg:.4} {longitude_deg:.4}");
+    let ends = ends.map_or("none".into(), |(from, to)| format!("from {} to {}", place(from), place(to)));
+    let alternates = match route.lines_deg.len() {
+        0 | 1 => String::new(),
+        lines => format!(", {} alternate(s)", lines - 1),
+    };
+    let widest = match route.widest_m > route.corridor_m {
+        true => format!(", up to {:.0} m", route.widest_m),
+        false => String::new(),
+    };
+    format!("{ends}{alternates}; corridor {:.0} m on each side{widest}", route.corridor_m)
+}
+
+fn validity(manifest: &Manifest, today: Date) -> String {
+    match manifest.valid_until() {
+        None => "on any day".into(),
+        Some(last) => match days_between(today, last) {
+            0 => format!("until {last}: today is the last day (UTC)"),
+            days => format!("until {last}, {days} day{} left", if days == 1 { "" } else { "s" }),
+        },
+    }
+}
+
+fn age(layer: &Layer, today: Date) -> String {
+    let name = &layer.name;
+    let Some((first, last)) = &layer.acquired else { return format!("{name}, of unknown date") };
+    let day = |text: &str| acquisition_day(text);
+    let years = |date: Date| days_between(date, today) as f64 / 365.25;
+    match (day(first), day(last)) {
+        (Some(first), Some(last)) if first == last => format!("{name}, of {first}, {:.1} years old", years(first)),
+        (Some(first), Some(last)) => {
+            format!("{name}, of {first} to {last}, {:.1} to {:.1} years old", years(last), years(first))
+        }
+        _ => format!("{name}, of {first} to {last}"),
+    }
+}
+
+fn signer(manifest: &Manifest, args: &Args) -> String {
+    let Some(key) = manifest.signed_by.as_deref().and_then(PublicKey::from_hex) else {
+        return "nobody: anyone may have made this file".into();
+    };
+    match &args.key {
+        Some(path) => format!("{}, checked with {}", key.fingerprint(), path.display()),
+        None => format!("{}, NOT checked", key.fingerprint()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use overfly_store::package::parse_date;
+
+    #[test]
+    fn the_age_of_imagery_is_that_of_its_sources() {
+        let layer = |acquired: Option<(&str, &str)>| Layer {
+            name: "y2018".into(),
+            base_zoom: 14,
+            min_zoom: 13,
+            base_tiles: 1,
+            tiles: 2,
+            bounds_deg: [0.0; 4].into(),
+            acquired: acquired.map(|(first, last)| (first.into(), last.into())),
+            complete: true,
+            digest: None,
+            terms: Default::default(),
+        };
+        let on = parse_date("2026-07-16").unwrap();
+        assert_eq!(age(&layer(None), on), "y2018, of unknown date");
+        let one = layer(Some(("2018-07-16", "2018-07-16")));
+        assert_eq!(age(&one, on), "y2018, of 2018-07-16, 8.0 years old");
+        let two = layer(Some(("2018-07-16", "2020-07-16T10:00:00Z")));
+        assert_eq!(age(&two, on), "y2018, of 2018-07-16 to 2020-07-16, 6.0 to 8.0 years old");
+    }
 }

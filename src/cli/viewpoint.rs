@@ -2,7 +2,7 @@
 
 use crate::cli::camera_file::read_camera;
 use crate::cli::failure::Failure;
-use crate::cli::number::any;
+use crate::cli::number::{any, metres};
 use overfly_flight::locate::ViewParameters;
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ pub struct Viewpoint {
     #[arg(long, value_name = "M_PER_PX", value_parser = any, conflicts_with_all = ["height_m", "camera"])]
     gsd_m_per_px: Option<f64>,
     /// Height above ground, metres; requires --camera.
-    #[arg(long, value_name = "M", value_parser = any, requires = "camera")]
+    #[arg(long, value_name = "M", value_parser = metres, requires = "camera")]
     height_m: Option<f64>,
     /// The camera's intrinsics: a camera.toml.
     #[arg(long, value_name = "FILE", requires = "height_m")]

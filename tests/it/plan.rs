@@ -74,6 +74,11 @@ fn a_route_that_begins_outside_the_map_has_its_gap_there() {
         assert!(longitude > west - 0.003 || (covered == 0.0 && step["fix_expected"] == false), "{step}");
         assert!(longitude < west + 0.008 || covered > 0.9, "{step}");
     }
+    let verdict = summary["verdict"].as_str().unwrap();
+    assert!(verdict.starts_with("fixes on ") && verdict.contains("none from km 0.0 to "), "{verdict}");
+    // The mode is one that holds through the gap.
+    let holds = |mode: &str| summary["route"]["longest_gap"][format!("{mode}_holds")] != false;
+    assert!(holds(summary["advice"]["mode"].as_str().unwrap()), "{}", summary["advice"]);
     let route = &summary["route"];
     let gap = &route["longest_gap"];
     assert_eq!(gap["from_m"], 0.0);
@@ -99,7 +104,7 @@ fn a_route_wholly_outside_the_map_is_told_by_the_exit_code() {
     let words = ["plan", "--aircraft", "a.toml", "--db", &db, "--route", "r.geojson"];
     let (exit, said, log) = overfly(folder.path(), &words);
     assert_eq!(exit, Some(1), "{log}");
-    assert!(said.contains("map in 0.0 %"), "{said}");
+    assert!(said.starts_with("verdict    no fix anywhere") && said.contains("map in 0.0 %"), "{said}");
 }
 
 #[test]

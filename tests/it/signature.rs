@@ -61,6 +61,60 @@ fn refusal(path: &Path, more: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
+fn an_export_signed_later_is_the_one_signed_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = Keys::new(folder.path(), "ground.key");
+    let at_once = signed(folder.path(), &keys, Some("2099-12-31"));
+    let unsigned = folder.path().join("unsigned.gpkg");
+    let request = ExportRequest { valid_until: Some("2099-12-31".parse().unwrap()), ..drawn_request() };
+    export_to(drawn_store(), &request, &unsigned);
+    let later = folder.path().join("later.gpkg");
+    let done = overfly(&["sign", "--key"], &[&keys.secret, &unsigned, Path::new("--out"), &later]);
+    assert!(done.status.success(), "{done:?}");
+    assert!(std::fs::read(&later).unwrap() == std::fs::read(&at_once).unwrap());
+    let again = overfly(&["sign", "--key"], &[&keys.secret, &later, Path::new("--out"), &unsigned]);
+    assert!(String::from_utf8_lossy(&again.stderr).contains("already_signed"), "{again:?}");
+    let expired = folder.path().join("expired.gpkg");
+    let request = ExportRequest { valid_until: Some("2020-01-01".parse().unwrap()), ..drawn_request() };
+    export_to(drawn_store(), &request, &expired);
+    let refused = overfly(&["sign", "--key"], &[&keys.secret, &expired, Path::new("--out"), &folder.path().join("o")]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("expired_store"), "{refused:?}");
+}
+
+#[test]
+fn a_person_reads_the_verdict_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = Keys::new(folder.path(), "ground.key");
+    let path = signed(folder.path(), &keys, Some("2099-12-31"));
+    let text = |output: &Output| String::from_utf8_lossy(&output.stdout).into_owned();
+    let unchecked = text(&overfly(&["verify"], &[&path]));
+    let fingerprint = PublicKey::read(&keys.public).unwrap().fingerprint();
+    assert!(
+        unchecked.starts_with("GOOD: ") && unchecked.lines().next().unwrap().contains("NOT checked"),
+        "{unchecked}"
+    );
+    for part in [
+        "from 48.4961 15.6053 to 48.4961 15.6120",
+        "until 2099-12-31, ",
+        "days left",
+        "ortho, of unknown date",
+        &fingerprint,
+    ] {
+        assert!(unchecked.contains(part), "{part}: {unchecked}");
+    }
+    let checked = text(&overfly(&["verify"], &[&path, Path::new("--key"), &keys.public]));
+    assert!(checked.starts_with("GOOD: ") && !checked.contains("NOT checked"), "{checked}");
+    assert!(checked.contains(&format!("{fingerprint}, checked with ")), "{checked}");
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() / 3]).unwrap();
+    let half = overfly(&["verify"], &[&path]);
+    assert_eq!(half.status.code(), Some(3));
+    let megabytes = |bytes: usize| format!("{:.1}", bytes as f64 / 1e6);
+    let expected = format!("{} of {} MB: copying was cut off", megabytes(whole.len() / 3), megabytes(whole.len()));
+    assert!(text(&half).starts_with("NOT GOOD") && text(&half).contains(&expected), "{}", text(&half));
+}
+
+#[test]
 fn keys_are_never_overwritten_and_the_secret_is_its_owners() {
     let folder = tempfile::tempdir().unwrap();
     let key = folder.path().join("ground.key");

@@ -3,6 +3,7 @@
 
 use super::StoreError;
 use super::connection::{refuse_side_files, side_files};
+use super::disk_space::free_bytes;
 use std::fs::{File, TryLockError};
 use std::io::Read;
 use std::os::unix::fs::{MetadataExt, fchown};
@@ -103,6 +104,20 @@ impl AtomicFile {
                 file.truncate()?;
                 return Ok(file);
             }
+        }
+    }
+
+    /// Checks, before anything is written, that the disk has room for a draft and a file of at least `bytes` each.
+    ///
+    /// # Errors
+    /// [`StoreError::DiskFull`] with what is needed and what is free.
+    pub fn require_room(&self, bytes: u64) -> Result<(), StoreError> {
+        let needed = bytes.saturating_mul(2);
+        match free_bytes(&self.target) {
+            Some(free) if free < needed => {
+                Err(StoreError::DiskFull { path: self.target.clone(), needed: Some(needed), free: Some(free) })
+            }
+            _ => Ok(()),
         }
     }
 
@@ -256,6 +271,20 @@ mod tests {
         std::os::unix::fs::symlink(at("key"), at("b.overfly-new")).unwrap();
         assert_eq!(refused(&at("b"), &[]), "in_the_way");
         assert_eq!(std::fs::read(at("key")).unwrap(), b"-----BEGIN PRIVATE KEY-----");
+    }
+
+    #[test]
+    fn too_little_room_is_told_before_anything_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = AtomicFile::create(&folder.path().join("a.gpkg"), FileKind::Store, &[]).unwrap();
+        file.require_room(1).unwrap();
+        let refused = file.require_room(1 << 60).unwrap_err();
+        assert_eq!(refused.code(), "disk_full");
+        let text = refused.to_string();
+        assert!(
+            text.contains("2305843009213.7 MB are needed, ") && text.contains(" MB are free; the previous"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -211,6 +211,9 @@ fn prepare_write(connection: &Connection) -> rusqlite::Result<()> {
 fn check_file(path: &Path) -> Result<(), StoreError> {
     let not = |found: &str| StoreError::NotAStore { path: path.into(), found: found.into() };
     let metadata = std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?;
+    if metadata.is_dir() {
+        return Err(not("a folder"));
+    }
     if !metadata.is_file() {
         return Err(not("not a regular file"));
     }

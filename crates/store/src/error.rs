@@ -1,5 +1,6 @@
 //! `StoreError`: why a store cannot be opened, read or written.
 
+use super::disk_space::space_text;
 use super::remedy::StoreRemedy;
 use overfly_core::tile::TileId;
 use std::path::PathBuf;
@@ -110,10 +111,14 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// The disk is full.
-    #[error("{path}: the disk is full; the previous content is unchanged", path = path.display())]
+    #[error("{path}: the disk is full{space}; the previous content is unchanged", path = path.display(), space = space_text(*needed, *free))]
     DiskFull {
         /// The file.
         path: PathBuf,
+        /// Bytes that the work needs, if that is known.
+        needed: Option<u64>,
+        /// Bytes that are free, if the system says so.
+        free: Option<u64>,
     },
     /// The disk cannot be read or written.
     #[error("{path}: the disk fails or is full ({reason}); nothing incomplete is kept", path = path.display())]

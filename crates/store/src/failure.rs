@@ -1,7 +1,8 @@
 //! Turns failures of SQLite and the system into `StoreError`s.
 
+use super::disk_space::free_bytes;
 use super::error::StoreError;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The error number of a failing device on Linux, the BSDs and macOS.
 const EIO: i32 = 5;
@@ -19,7 +20,7 @@ impl StoreError {
         match source.sqlite_error_code() {
             Some(Code::NotADatabase) => Self::NotAStore { path, found: "not an SQLite file".into() },
             Some(Code::DatabaseCorrupt) => Self::Damaged { path, reason },
-            Some(Code::DiskFull) => Self::DiskFull { path },
+            Some(Code::DiskFull) => Self::disk_full(path),
             Some(Code::SystemIoFailure) => Self::DiskError { path, reason },
             // The store itself is open by then (otherwise see `unopened`), and a folder without write permission gives `ReadOnly`.
             Some(Code::CannotOpen) => Self::NoJournal { path, reason },
@@ -27,6 +28,19 @@ impl StoreError {
             Some(Code::DatabaseBusy | Code::DatabaseLocked) => Self::Busy { path },
             _ if is_content_error(&source) => Self::Damaged { path, reason },
             _ => Self::Sqlite { path, source },
+        }
+    }
+
+    fn disk_full(path: PathBuf) -> Self {
+        let free = free_bytes(&path);
+        Self::DiskFull { path, needed: None, free }
+    }
+
+    /// The error with the bytes that the work needed, if the disk was full.
+    pub fn needing(self, bytes: u64) -> Self {
+        match self {
+            Self::DiskFull { path, needed: None, free } => Self::DiskFull { path, needed: Some(bytes), free },
+            other => other,
         }
     }
 
@@ -59,7 +73,7 @@ impl StoreError {
             ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
                 Self::Denied { path, reason: source.to_string() }
             }
-            ErrorKind::StorageFull => Self::DiskFull { path },
+            ErrorKind::StorageFull => Self::disk_full(path),
             ErrorKind::UnexpectedEof => Self::DiskError { path, reason: "it ends too early".into() },
             _ if source.raw_os_error() == Some(EIO) => Self::DiskError { path, reason: source.to_string() },
             _ => Self::Io { path, source },

@@ -11,6 +11,9 @@ impl From<TrialError> for Failure {
             TrialError::Store(error) => error.remedy().map(|remedy| spell(remedy).to_owned()),
             TrialError::Imagery(error) => error.remedy().as_ref().map(spell_ingest),
             TrialError::Locate { cause, .. } => locate_remedy(cause).map(str::to_owned),
+            TrialError::Unreadable { path, .. } if path.ends_with("flight.csv") => {
+                Some("a flight is a folder with flight.csv, camera.toml and images".into())
+            }
             TrialError::NoPlace { .. } => Some("take larger images, or a smaller `--edge-px`".into()),
             TrialError::NoStorePath { .. } => Some("state it, or name the store with `--db`".into()),
             TrialError::Option { name: "images", .. } => {

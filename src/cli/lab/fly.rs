@@ -6,7 +6,7 @@ use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::default_right_m;
 use crate::cli::lab::mosaic::{finest_level, mosaic_of};
 use crate::cli::lab::over_store::FlightOverStore;
-use crate::cli::number::{any, positive, share};
+use crate::cli::number::{any, metres, positive, positive_metres, share};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use overfly_core::coupling::Mode;
@@ -57,13 +57,13 @@ pub struct Args {
     #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
     height_sigma_ratio: f64,
     /// One standard deviation of the start position per axis, metres.
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 50.0)]
+    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 50.0)]
     start_sigma_m: f64,
     /// Initial ground speed, m/s; its standard deviation is half of it.
     #[arg(long, value_name = "MPS", value_parser = positive, default_value_t = 40.0)]
     speed_mps: f64,
     /// Smallest turn radius, metres.
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 500.0)]
     min_turn_radius_m: f64,
     /// Execution time of every absolute registration, seconds [default: 0.05 plus 0.001 a tile].
     #[arg(long, value_name = "S", value_parser = positive)]
@@ -72,7 +72,7 @@ pub struct Args {
     #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.03)]
     relative_s: f64,
     /// Error of the start position, metres, in a random direction.
-    #[arg(long, value_name = "M", value_parser = any, default_value_t = 0.0, help_heading = "Disturbances")]
+    #[arg(long, value_name = "M", value_parser = metres, default_value_t = 0.0, help_heading = "Disturbances")]
     start_error_m: f64,
     /// Images FIRST to FIRST + COUNT - 1, counted from 0, are black.
     #[arg(long, value_name = "FIRST:COUNT", value_parser = blackout, help_heading = "Disturbances")]
@@ -90,7 +90,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Disturbances")]
     seed: u64,
     /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive_metres)]
     right_m: Option<f64>,
     /// Threads of each registration.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
@@ -126,7 +126,7 @@ impl ModeArg {
 fn blackout(text: &str) -> Result<(usize, usize), String> {
     let parse = |t: &str| t.trim().parse::<usize>().ok();
     let found = text.split_once(':').and_then(|(first, count)| Some((parse(first)?, parse(count)?)));
-    found.ok_or_else(|| "two whole numbers, FIRST:COUNT, like 20:10".into())
+    found.ok_or_else(|| "not two whole numbers".into())
 }
 
 /// Runs the command.

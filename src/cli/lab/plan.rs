@@ -30,6 +30,8 @@ where camera is a camera.toml beside the file. Optional: map_gsd_m_per_px, inacc
 matched_count, unit_drift_m (D_U), height_error_ratio (adds this share of every displacement to D_U), drift_growth (linear or
 square_root), failure_probability (p), without_fix_s (time since the last fix at the start), parallel_registrations (true).
 
+The first line is the verdict. With a route, the mode is one that holds through the route's longest gap between fixes.
+
 Along a route (one line of GeoJSON, GPX or KML, in steps of one image) a fix is expected where the map, the keypoints and the
 distinctiveness reach their thresholds. The drift in the gaps is that of relative registrations; over water or cloud these fail as well.
 
@@ -98,8 +100,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         }
         _ => None,
     };
-    let summary =
-        PlanSummary { forecast: &forecast, calibration: &calibration, sensitivity: &changed, route: along.as_ref() };
+    let forecast = along.iter().fold(forecast, Forecast::along);
+    let verdict = forecast.verdict(along.as_ref());
+    let summary = PlanSummary {
+        verdict: &verdict,
+        forecast: &forecast,
+        calibration: &calibration,
+        sensitivity: &changed,
+        route: along.as_ref(),
+    };
     let text = text::text(&summary);
     if let Some(folder) = &args.out {
         let mosaic = match (&store, layer, &along) {

@@ -4,6 +4,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::number;
 use crate::cli::output::Output;
+use crate::cli::preflight::interrupt::Interrupt;
 use crate::cli::preflight::remedy::explain_rejected;
 use overfly_ingest::build::{self, BuildEstimate, BuildSummary, Progress, Rejected, Request};
 use overfly_store::{Terms, remove_layer};
@@ -38,13 +39,13 @@ pub struct Args {
     #[arg(long, default_value = "ortho", value_name = "NAME")]
     layer: String,
     /// Finest zoom level, 0 to 23, of Web Mercator tiles of 512 px [default: the one that keeps the resolution of the finest source]
-    #[arg(long, value_name = "Z")]
+    #[arg(long, value_name = "Z", value_parser = clap::value_parser!(u8).range(..=23))]
     zoom: Option<u8>,
     /// Acquisition date of the given sources, YYYY-MM-DD [default: from their metadata, else unknown]
     #[arg(long, value_name = "D")]
     date: Option<String>,
-    /// EPSG code of the given sources; overrides their own.
-    #[arg(long, value_name = "EPSG")]
+    /// EPSG code of the given sources, as in 32614 or EPSG:32614; overrides their own.
+    #[arg(long, value_name = "EPSG", value_parser = number::epsg)]
     crs: Option<u32>,
     /// Sample values shown as black and white; required for samples of more than 8 bits.
     #[arg(long, value_name = "LO,HI", value_parser = number::stretch, allow_hyphen_values = true)]
@@ -52,7 +53,7 @@ pub struct Args {
     /// Position error of the given sources, one standard deviation per axis, metres; it is part of the covariance of every fix made on
     /// them, and never less than the uncertainty of their datum shift (1 m for NAD83). Not stated, it is unknown: fixes then count with
     /// half a pixel, at least 3 m
-    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    #[arg(long, value_name = "M", value_parser = number::metres, allow_hyphen_values = true)]
     horizontal_error_m: Option<f64>,
     /// Licence of the layer's imagery: an SPDX identifier, a name or a URL [default: as the layer has it]
     #[arg(long, value_name = "TEXT")]
@@ -63,7 +64,7 @@ pub struct Args {
     /// Threads for warping and encoding [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// BuildEstimate tiles, bytes and time; write nothing.
+    /// State the expected tiles, bytes and time; write nothing.
     #[arg(long)]
     dry_run: bool,
     /// Build the layer from the given sources only.
@@ -91,14 +92,25 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         explain_rejected(&mut estimate.rejected);
         name_rejected(output, &estimate.rejected);
         name_undated(output, estimate.undated_sources, estimate.sources);
+        let size = format!("about {:.1} MB", estimate.estimated_bytes as f64 / 1e6);
+        too_fine(estimate.finer_by, estimate.base_tiles + estimate.overview_tiles, &size)
+            .iter()
+            .for_each(|text| output.note(text));
         output.say(&estimate, || describe_estimate(&estimate));
         return Ok(exit(&estimate.rejected));
     }
     let bar = output.progress(0, "tiles");
+    let interrupt = Interrupt::watch().map_err(|e| Failure::failed("signals", e))?;
+    let mut warned = false;
     let mut progress = |state: Progress| {
+        if !std::mem::replace(&mut warned, true) {
+            too_fine(state.finer_by, state.total, "--dry-run states the bytes")
+                .iter()
+                .for_each(|text| bar.suspend(|| output.note(text)));
+        }
         bar.set_length(state.total as u64);
         bar.set_position(state.done as u64);
-        ControlFlow::Continue(())
+        if interrupt.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let outcome = build::run(&request, &mut progress);
     bar.finish_and_clear();
@@ -156,6 +168,19 @@ fn name_undated(output: &Output, undated: usize, sources: usize) {
         let which = if sources == 1 { "the source has".into() } else { format!("{undated} of {sources} sources have") };
         output.note(&format!("note: {which} no date and counts as oldest{order}: set it with --date"));
     }
+}
+
+/// Levels finer than the imagery from which a build warns: each level has four times the tiles of the one before.
+const TOO_FINE: u8 = 2;
+
+/// The warning that a zoom is much finer than the imagery: `None` where it is not.
+fn too_fine(finer_by: u8, tiles: usize, size: &str) -> Option<String> {
+    (finer_by >= TOO_FINE).then(|| {
+        format!(
+            "WARNING: the zoom is {finer_by} levels finer than the imagery, which makes about {} times as many tiles and adds no detail: {tiles} tiles, {size}; without --zoom the resolution of the imagery is kept",
+            4f64.powi(i32::from(finer_by))
+        )
+    })
 }
 
 /// A number of sources as text.

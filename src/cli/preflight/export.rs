@@ -2,12 +2,14 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::number::positive;
+use crate::cli::number::{file_bytes, positive_metres, share};
 use crate::cli::output::Output;
+use crate::cli::preflight::export_warnings::{ExportWarning, export_warnings};
+use crate::cli::today::today;
 use overfly_core::coupling::Calibration;
 use overfly_core::tile::gsd_at;
 use overfly_ingest::export::{
-    CorridorCoverage, CorridorDrift, ExportRequest, Exported, ExportedLevel, Preview, export, preview,
+    CorridorCoverage, CorridorDrift, ExportRequest, Exported, ExportedLevel, Preview, covered_share, export, preview,
 };
 use overfly_ingest::plan::{read_aircraft, read_calibration, read_routes};
 use overfly_store::Reader;
@@ -44,8 +46,8 @@ pub struct Args {
     /// The route: GeoJSON, GPX or KML.
     #[arg(long, value_name = "FILE")]
     route: PathBuf,
-    /// W: width of the corridor on each side of the route, metres.
-    #[arg(long, value_name = "W", value_parser = positive)]
+    /// W: width of the corridor on each side of the route: metres, or with a unit, as in 0.4km or 1300ft.
+    #[arg(long, value_name = "W", value_parser = positive_metres)]
     corridor_m: f64,
     /// The file to write.
     #[arg(long, value_name = "FILE")]
@@ -53,11 +55,14 @@ pub struct Args {
     /// Export only this layer; may be repeated [default: all].
     #[arg(long, value_name = "NAME")]
     layer: Vec<String>,
+    /// Refuse the export unless imagery covers at least this share of the corridor's area, as in 0.95.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    require_covered: Option<f64>,
     /// Print what would be exported and what the map shows along the route; write nothing.
     #[arg(long)]
     dry_run: bool,
-    /// Drop what is needed least until the file has at most N bytes.
-    #[arg(long, value_name = "N")]
+    /// Drop what is needed least until the file has at most SIZE bytes; also as in 5MB or 64MiB.
+    #[arg(long, value_name = "SIZE", value_parser = file_bytes)]
     max_bytes: Option<u64>,
     /// Encode the imagery again with this JPEG quality, 1 to 100; docs/onboard.md has the effect on fixes.
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
@@ -82,31 +87,64 @@ pub struct Args {
     calibration: Option<PathBuf>,
 }
 
-/// The result of a dry run as JSON.
+/// The result as JSON.
 #[derive(Serialize)]
-struct Previewed<'a> {
+struct Reported<'a, T> {
     dry_run: bool,
+    warnings: &'a [ExportWarning],
     #[serde(flatten)]
-    preview: &'a Preview,
+    result: &'a T,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open_proved(&args.db)?;
     let request = request(args, &store)?;
+    // Looking costs little beside writing, and a planner wants to know before it.
+    let looked = preview(&store, &request)?;
+    let warnings = export_warnings(&store, &args.layer, &looked.coverage, (args.corridor_m, looked.widest_m));
+    warnings.iter().for_each(|warning| output.note(&format!("WARNING: {}", warning.message)));
+    args.require_covered.map_or(Ok(()), |least| require_covered(args, &looked.coverage, least))?;
     if args.dry_run {
-        let preview = preview(&store, &request)?;
-        steps(&preview.coverage, output);
-        output.say(&Previewed { dry_run: true, preview: &preview }, || previewed(args, &preview));
+        steps(&looked.coverage, output);
+        let reported = Reported { dry_run: true, warnings: &warnings, result: &looked };
+        output.say(&reported, || previewed(args, &looked));
         return Ok(Exit::Done);
     }
     let exported = output.during("tiles", |tell| export(&store, &request, &args.out, tell))?;
     steps(&exported.coverage, output);
-    output.say(&exported, || text(args, &exported));
+    output.say(&Reported { dry_run: false, warnings: &warnings, result: &exported }, || text(args, &exported));
     Ok(Exit::Done)
 }
 
+/// Refuses a corridor of which less than the required share has imagery.
+fn require_covered(args: &Args, coverage: &[CorridorCoverage], least: f64) -> Result<(), Failure> {
+    let covered = covered_share(coverage);
+    if covered >= least {
+        return Ok(());
+    }
+    let reason = anyhow::anyhow!(
+        "{}: imagery covers {:.1} % of the corridor of {}, and --require-covered {least} asks for {:.1} %",
+        args.db.display(),
+        100.0 * covered,
+        args.route.display(),
+        100.0 * least
+    );
+    let remedy = "build more imagery along the route, narrow --corridor-m, or change the route";
+    Err(Failure::unusable("not_covered", reason).with_remedy(Some(remedy)))
+}
+
+/// Refuses a last day that has passed: no aircraft would serve the export.
+fn require_future(valid_until: Option<Date>) -> Result<(), Failure> {
+    let today = today();
+    let Some(day) = valid_until.filter(|day| *day < today) else { return Ok(()) };
+    let reason = anyhow::anyhow!("--valid-until {day} has passed, and today is {today} (UTC)");
+    Err(Failure::unusable("expired_store", reason)
+        .with_remedy(Some("give the last day of the flight, or set the clock")))
+}
+
 fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
+    require_future(args.valid_until)?;
     let routes = read_routes(&args.route)?;
     let calibration = args.calibration.as_deref().map(read_calibration).transpose()?;
     let drift = match &args.aircraft {
@@ -174,14 +212,15 @@ fn coverage_text(coverage: &[CorridorCoverage]) -> String {
 }
 
 fn previewed(args: &Args, preview: &Preview) -> String {
-    let allowed = args.max_bytes.filter(|most| preview.bytes > *most).map_or(String::new(), |most| {
+    let allowed = args.max_bytes.filter(|most| preview.estimated_bytes > *most).map_or(String::new(), |most| {
         format!("that is more than the {most} allowed: the export drops what is needed least, and lists it\n")
     });
     format!(
-        "{}{} bytes; footprints, indexes and partly filled pages add about half a megabyte and 10 kB a tile\n{allowed}\
+        "{}{} bytes of content; the file takes about {:.1} MB\n{allowed}\
          the corridor is up to {:.0} m wide on each side\n{}",
         table(&preview.parts),
         preview.bytes,
+        preview.estimated_bytes as f64 / 1e6,
         preview.widest_m,
         coverage_text(&preview.coverage)
     )

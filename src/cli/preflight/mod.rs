@@ -2,7 +2,9 @@
 
 mod build;
 mod export;
+mod export_warnings;
 mod failure;
+mod interrupt;
 mod merge;
 pub(super) mod remedy;
 

@@ -1,21 +1,13 @@
 //! `BuildEstimate`: the size and the duration of a build, estimated from a few tiles. Nothing is written.
 
 use super::build_plan::BuildPlan;
-use super::composite::{TileFailure, compose};
 use super::error::{BuildError, Rejected};
 use super::gather::{gather, require_work};
 use super::request::Request;
+use super::sample::{LevelSample, sample};
 use super::source_pool::SourcePool;
-use overfly_store::LayerState;
+use overfly_store::{EMPTY_STORE_BYTES, LayerState, stored_bytes};
 use serde::Serialize;
-use std::time::Instant;
-
-/// Tiles that are made to measure.
-const SAMPLES: usize = 6;
-/// The time of an overview as a share of a base tile's: four tiles are decoded and one encoded, none warped or described.
-const OVERVIEW_COST: f64 = 0.5;
-/// Bytes of a footprint row, its index entries and its share of the R-tree.
-const ROW_BYTES: usize = 700;
 
 /// What a build would do, and its estimated size and duration.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +18,8 @@ pub struct BuildEstimate {
     pub base_zoom: u8,
     /// Its coarsest zoom.
     pub min_zoom: u8,
+    /// Levels by which its finest zoom is finer than the finest source.
+    pub finer_by: u8,
     /// Sources that the layer would have.
     pub sources: usize,
     /// Those of its sources that have no acquisition date.
@@ -38,7 +32,7 @@ pub struct BuildEstimate {
     pub kept_tiles: usize,
     /// Tiles that would be removed.
     pub removed_tiles: usize,
-    /// Bytes of the computed tiles.
+    /// Bytes that the computed tiles, and a new store, take in the file.
     pub estimated_bytes: u64,
     /// Duration of the build, seconds.
     pub estimated_s: f64,
@@ -57,42 +51,54 @@ pub fn dry_run(request: &Request) -> Result<BuildEstimate, BuildError> {
     let draft = LayerState::read(&request.db, &request.layer)?;
     require_work(request, &draft, &given, &rejected)?;
     let plan = BuildPlan::new(request, &draft, &given)?;
-    estimate(&plan, request.threads, rejected)
+    estimate(&plan, request, !request.db.exists(), rejected)
 }
 
 /// Estimates a plan by making a few of its tiles.
-fn estimate(plan: &BuildPlan, threads: usize, rejected: Vec<Rejected>) -> Result<BuildEstimate, BuildError> {
+fn estimate(
+    plan: &BuildPlan,
+    request: &Request,
+    is_new: bool,
+    rejected: Vec<Rejected>,
+) -> Result<BuildEstimate, BuildError> {
     let pool = SourcePool::new(plan.declaration.sources.clone());
-    let step = plan.base.len().div_ceil(SAMPLES).max(1);
-    let (mut made, mut bytes, start) = (0usize, 0usize, Instant::now());
-    for (tile, indices) in plan.base.iter().skip(step / 2).step_by(step) {
-        match compose(*tile, indices, &pool) {
-            Ok(content) => {
-                bytes += content.map_or(0, |c| c.image.bytes.len() + c.descriptors.map_or(0, |d| d.len()) + ROW_BYTES);
-                made += 1;
-            }
-            // The build will report the source.
-            Err(TileFailure::Source { .. }) => {}
-            Err(TileFailure::Store(error)) => return Err(error.into()),
-        }
-    }
-    let each = 1.0 / made.max(1) as f64;
-    let (tile_s, tile_bytes) = (start.elapsed().as_secs_f64() * each, bytes as f64 * each);
+    let samples = sample(plan, &pool)?;
     let base_tiles = plan.base.len();
     let overview_tiles = plan.jobs() - base_tiles;
-    let work = base_tiles as f64 + OVERVIEW_COST * overview_tiles as f64;
+    let overviews = samples.get(1).copied().unwrap_or_default();
+    let work_s = base_tiles as f64 * samples[0].tile_s() + overview_tiles as f64 * overviews.tile_s();
+    let content = content_bytes(plan, &samples);
+    let tiles_bytes = stored_bytes(content as u64, plan.jobs() as u64, base_tiles as u64);
     Ok(BuildEstimate {
         layer: plan.declaration.layer.clone(),
         base_zoom: plan.declaration.base_zoom,
         min_zoom: plan.declaration.min_zoom,
+        finer_by: plan.finer_by,
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
         base_tiles,
         overview_tiles,
         kept_tiles: plan.required.len() - plan.jobs(),
         removed_tiles: plan.obsolete,
-        estimated_bytes: (plan.jobs() as f64 * tile_bytes) as u64,
-        estimated_s: work * tile_s / threads.max(1) as f64,
+        estimated_bytes: tiles_bytes + if is_new { EMPTY_STORE_BYTES } else { 0 },
+        estimated_s: work_s / request.threads.max(1) as f64,
         rejected,
     })
+}
+
+/// The bytes of the content of all tiles of a plan: measured levels by the mean of their tiles, coarser ones by the bytes per valid
+/// pixel of the coarsest measured level.
+fn content_bytes(plan: &BuildPlan, samples: &[LevelSample]) -> f64 {
+    let counts: Vec<usize> = std::iter::once(plan.base.len()).chain(plan.overviews.iter().map(Vec::len)).collect();
+    let last = samples.len() - 1;
+    let coarsest = samples[last];
+    let per_valid = coarsest.bytes as f64 / coarsest.valid.max(f64::MIN_POSITIVE);
+    let bytes = |(level, &tiles): (usize, &usize)| match samples.get(level) {
+        Some(sample) => tiles as f64 * sample.tile_bytes(),
+        None => {
+            let valid = coarsest.valid_fraction() * counts[last] as f64 / 4f64.powi((level - last) as i32);
+            valid.min(tiles as f64) * per_valid
+        }
+    };
+    counts.iter().enumerate().map(bytes).sum()
 }

@@ -30,6 +30,8 @@ pub struct BuildPlan {
     pub overviews: Vec<Vec<TileId>>,
     /// Number of tiles to remove.
     pub obsolete: usize,
+    /// Levels by which the base zoom is finer than the finest source.
+    pub finer_by: u8,
     /// Whether nothing has to be done.
     pub up_to_date: bool,
 }
@@ -44,10 +46,8 @@ impl BuildPlan {
         let sources = required_sources(request, draft, given)?;
         let kept = if request.replace_layer { None } else { draft.zoom_override };
         let zoom_override = request.zoom.or(kept);
-        let base_zoom = match zoom_override {
-            Some(zoom) => zoom,
-            None => sources.iter().map(natural_zoom).max().unwrap_or(0),
-        };
+        let natural = sources.iter().map(natural_zoom).max().unwrap_or(0);
+        let base_zoom = zoom_override.unwrap_or(natural);
         let cover = cover(&sources, base_zoom)?;
         let (required, levels) = tile_inputs(&sources, &cover);
         let stale = |tile: &TileId| draft.inputs.get(tile) != required.get(tile);
@@ -65,7 +65,8 @@ impl BuildPlan {
         let up_to_date = draft.complete && !draft.pending && nothing_to_do && same;
         let layer = request.layer.clone();
         let declaration = Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms };
-        Ok(Self { declaration, required, base, overviews, obsolete, up_to_date })
+        let finer_by = base_zoom.saturating_sub(natural);
+        Ok(Self { declaration, required, base, overviews, obsolete, finer_by, up_to_date })
     }
 
     /// Returns the number of sources without an acquisition date.

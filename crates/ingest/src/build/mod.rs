@@ -17,6 +17,7 @@ mod pipeline;
 mod recipe;
 mod request;
 mod run;
+mod sample;
 mod source_pool;
 mod summary;
 

@@ -30,6 +30,8 @@ pub struct Progress {
     pub done: usize,
     /// Tiles to make.
     pub total: usize,
+    /// Levels by which the base zoom is finer than the finest source.
+    pub finer_by: u8,
 }
 
 /// Why the pipeline stopped.
@@ -185,7 +187,7 @@ impl<'a> Pipeline<'a, '_> {
             self.writer.commit().map_err(failed)?;
             (self.batch_bytes, self.batch_start) = (0, Instant::now());
         }
-        let state = Progress { done: self.done, total: self.plan.jobs() };
+        let state = Progress { done: self.done, total: self.plan.jobs(), finer_by: self.plan.finer_by };
         match (self.progress)(state) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Stop::Failed(BuildError::Cancelled)),

@@ -28,6 +28,9 @@ pub struct CoverageStep {
     pub longitude_deg: f64,
     /// The corridor's width on each side there, metres.
     pub half_width_m: f64,
+    /// Distance between two cross-sections of that route, metres; not serialised.
+    #[serde(skip)]
+    pub step_m: f64,
     /// Share of the cross-section that has valid pixels, in [0, 1].
     pub covered: f64,
 }
@@ -68,6 +71,7 @@ pub fn coverage(store: &Reader, layer: &Layer, request: &ExportRequest) -> Resul
                 latitude_deg: point.position.latitude_deg(),
                 longitude_deg: point.position.longitude_deg(),
                 half_width_m: half_m,
+                step_m,
                 covered: covered(store, layer, &point, half_m, step_m.min(2.0 * half_m))?,
             });
         }

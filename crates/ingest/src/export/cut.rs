@@ -7,7 +7,10 @@ use super::request::ExportRequest;
 use super::selection::select;
 use super::size_reduction::{reduce_size, stated_quality};
 use overfly_store::package::{Dropped, Manifest, ManifestLayer, ManifestRoute, SEAL_LEN, write_seal};
-use overfly_store::{AtomicFile, Extract, FileKind, LayerPart, Reader, TileSizes, file_len, hex, larger_error};
+use overfly_store::{
+    AtomicFile, EMPTY_STORE_BYTES, Extract, FileKind, LayerPart, Reader, TileSizes, file_len, hex, larger_error,
+    stored_bytes,
+};
 use serde::Serialize;
 use std::path::Path;
 
@@ -44,6 +47,8 @@ pub struct Preview {
     pub parts: Vec<ExportedLevel>,
     /// Bytes of their content. Footprints, indexes and partly filled pages add to the size of the file.
     pub bytes: u64,
+    /// The file's size, estimated, as far as nothing has to be dropped and no imagery is encoded again.
+    pub estimated_bytes: u64,
     /// How much of the corridor the map shows, by layer.
     pub coverage: Vec<CorridorCoverage>,
     /// The corridor's width at its widest place, metres on each side.
@@ -67,6 +72,8 @@ pub struct Exported {
     pub signed_by: Option<String>,
     /// How much of the corridor the map shows, by layer.
     pub coverage: Vec<CorridorCoverage>,
+    /// The corridor's width at its widest place, metres on each side.
+    pub widest_m: f64,
 }
 
 /// Returns what an export would take, and how much of the corridor the map shows. Writes nothing.
@@ -78,7 +85,16 @@ pub fn preview(store: &Reader, request: &ExportRequest) -> Result<Preview, Expor
     let chosen = select(store, request, &corridor)?;
     let parts = exported_levels(store, &chosen)?;
     let bytes = parts.iter().map(ExportedLevel::content).sum();
-    Ok(Preview { parts, bytes, coverage: coverages(store, request, &chosen)?, widest_m: corridor.widest_m() })
+    let tiles = |of: &dyn Fn(&ExportedLevel) -> bool| parts.iter().filter(|p| of(p)).map(|p| p.tiles as u64).sum();
+    let estimated_bytes =
+        EMPTY_STORE_BYTES + stored_bytes(bytes, tiles(&|_| true), tiles(&|p| p.bytes.descriptors > 0));
+    Ok(Preview {
+        parts,
+        bytes,
+        estimated_bytes,
+        coverage: coverages(store, request, &chosen)?,
+        widest_m: corridor.widest_m(),
+    })
 }
 
 /// Exports what a request needs from `store` to the file `out`, which appears complete or not at all. The same request of the
@@ -111,6 +127,7 @@ pub fn export(
         dropped,
         signed_by: manifest.signed_by,
         coverage: coverages(store, request, &chosen)?,
+        widest_m: corridor.widest_m(),
     })
 }
 
@@ -135,6 +152,7 @@ impl Writing<'_> {
             };
             let least: u64 = exported_levels(self.store, chosen)?.iter().map(known).sum();
             if least <= most {
+                self.file.require_room(least)?;
                 let manifest = self.write(chosen, &dropped)?;
                 if file_len(self.file.temporary_path())? <= most {
                     return Ok((manifest, dropped));

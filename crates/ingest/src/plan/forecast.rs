@@ -237,7 +237,7 @@ fn forecast_combined(parameters: CouplingParameters, start_s: f64) -> Result<Com
 
 /// Advises the working mode whose absolute registration takes the least time where it settles. That mode searches the least
 /// ground, so a false or a missing fix is the least likely. The first of equal modes is taken.
-fn advise(s: &SequentialForecast, p: &ParallelForecast, c: &CombinedForecast) -> Advice {
+pub(super) fn advise(s: &SequentialForecast, p: &ParallelForecast, c: &CombinedForecast) -> Advice {
     let modes = [
         (Mode::Parallel, &p.fails, p.settles_at_s, p.nominal_count),
         (Mode::Sequential, &s.fails, s.execution_s.or(s.max_relative_count.map(|_| f64::INFINITY)), s.nominal_count),

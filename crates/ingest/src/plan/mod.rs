@@ -9,6 +9,7 @@ mod route;
 mod route_files;
 mod sensitivity;
 mod text_file;
+mod verdict;
 
 pub use aircraft::{Aircraft, read_aircraft, read_calibration};
 pub use error::PlanError;

@@ -138,7 +138,9 @@ impl RasterError {
     /// What the user can do, where that is known.
     pub fn remedy(&self) -> Option<Remedy> {
         match self {
-            Self::Io { .. } | Self::NothingFound { .. } | Self::BadStretch { .. } => None,
+            Self::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => Some(Remedy::CheckPath),
+            Self::NothingFound { .. } => Some(Remedy::NameSources),
+            Self::Io { .. } | Self::BadStretch { .. } => None,
             Self::NoRegularFile { .. } => Some(Remedy::CopyToFile),
             Self::Format { .. } => Some(Remedy::ConvertToCogOrUseGdal),
             Self::Damaged { .. } => Some(Remedy::FetchAgain),

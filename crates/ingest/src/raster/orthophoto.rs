@@ -10,6 +10,7 @@ use super::side_files::{prj_crs, world_placement};
 use super::tiff::{TiffSource, placement};
 use super::warp::Warp;
 use crate::crs::Crs;
+use crate::remedy::Remedy;
 use image::ImageFormat;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::MaskedColour;
@@ -134,10 +135,7 @@ impl OpenedFile {
             [0x89, b'P', b'N', b'G', ..] => Self::photo(path, ImageFormat::Png, options),
             [0xFF, 0xD8, 0xFF, ..] => Self::photo(path, ImageFormat::Jpeg, options),
             [] => Err(RasterError::Format { path: path.into(), reason: "it is empty".into() }),
-            other => {
-                let reason = format!("it starts with {other:02x?}");
-                Self::other(path, options, RasterError::Format { path: path.into(), reason })
-            }
+            other => Self::other(path, options, unknown_format(path, other)),
         }
     }
 
@@ -165,5 +163,22 @@ impl OpenedFile {
     #[cfg(not(feature = "gdal"))]
     fn other(_path: &Path, _options: &OpenOptions, refusal: RasterError) -> Result<Self, RasterError> {
         Err(refusal)
+    }
+}
+
+/// The error for a file of another format, by its first bytes.
+fn unknown_format(path: &Path, start: &[u8]) -> RasterError {
+    let is_text = start.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace());
+    match start {
+        b"SQLite f" => RasterError::Unsupported {
+            path: path.into(),
+            reason: "a GeoPackage or another database, not an orthophoto".into(),
+            remedy: Remedy::NameSources,
+        },
+        text if is_text => {
+            let text = String::from_utf8_lossy(text);
+            RasterError::Format { path: path.into(), reason: format!("it is text that begins with {:?}", text.trim()) }
+        }
+        other => RasterError::Format { path: path.into(), reason: format!("it starts with {other:02x?}") },
     }
 }

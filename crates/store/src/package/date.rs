@@ -47,7 +47,7 @@ pub fn utc_day(unix_s: i64) -> Date {
 }
 
 /// Returns the days from `earlier` to `later`: negative if `later` is the earlier day.
-pub(super) fn days_between(earlier: Date, later: Date) -> i64 {
+pub fn days_between(earlier: Date, later: Date) -> i64 {
     later.duration_since(earlier).as_hours() / 24
 }
 

@@ -48,6 +48,20 @@ pub enum PackageError {
         /// The required public key.
         required: String,
     },
+    /// The store was built, not exported, so it has no manifest to sign.
+    #[error("{path}: not an export, and only exports are signed", path = path.display())]
+    NotExported {
+        /// The store.
+        path: PathBuf,
+    },
+    /// The store is signed already.
+    #[error("{path}: signed already, with the key {signer}", path = path.display())]
+    AlreadySigned {
+        /// The store.
+        path: PathBuf,
+        /// The public key of the signer.
+        signer: String,
+    },
     /// The manifest was altered, or the store is not the one that it describes.
     #[error("{path}: its manifest was altered: {reason}", path = path.display())]
     AlteredManifest {
@@ -55,6 +69,19 @@ pub enum PackageError {
         path: PathBuf,
         /// What does not match.
         reason: String,
+    },
+    /// The file is shorter than its header states.
+    #[error(
+        "{path}: {:.1} of {:.1} MB: copying was cut off; copy it again",
+        *found as f64 / 1e6, *stated as f64 / 1e6, path = path.display()
+    )]
+    CutOff {
+        /// The store.
+        path: PathBuf,
+        /// Its length, bytes.
+        found: u64,
+        /// The length that its header states, bytes.
+        stated: u64,
     },
     /// The seal was altered.
     #[error("{path}: its seal was altered: {reason}", path = path.display())]
@@ -168,6 +195,9 @@ impl PackageError {
             Self::NotAKey { .. } => "not_a_key",
             Self::Unsigned { .. } => "unsigned_store",
             Self::WrongKey { .. } => "wrong_key",
+            Self::CutOff { .. } => "cut_off",
+            Self::NotExported { .. } => "not_exported",
+            Self::AlreadySigned { .. } => "already_signed",
             Self::AlteredManifest { .. } => "altered_manifest",
             Self::AlteredSeal { .. } => "altered_seal",
             Self::NotAPatch { .. } => "not_a_patch",
@@ -198,7 +228,7 @@ impl PackageError {
             Self::Store(error) => return error.remedy(),
             Self::KeyExists { .. } => StoreRemedy::ChooseOtherName,
             Self::NotAKey { .. } => StoreRemedy::GenerateKey,
-            Self::Unsigned { .. } => StoreRemedy::ExportSigned,
+            Self::Unsigned { .. } | Self::NotExported { .. } => StoreRemedy::ExportSigned,
             Self::WrongKey { .. } => StoreRemedy::CheckStoreAndKey,
             Self::AlteredManifest { .. } | Self::AlteredSeal { .. } => StoreRemedy::RestoreOrExportAgain,
             Self::NotAPatch { .. } => StoreRemedy::MakePatch,
@@ -210,7 +240,9 @@ impl PackageError {
             Self::OpenedForWriting { .. } => StoreRemedy::CopyAgain,
             Self::Clock { .. } => StoreRemedy::SetClock,
             Self::Stale { .. } => StoreRemedy::UseNewerImageryOrPolicy,
-            Self::Io { .. } | Self::Randomness { .. } => return None,
+            Self::CutOff { .. } | Self::AlreadySigned { .. } | Self::Io { .. } | Self::Randomness { .. } => {
+                return None;
+            }
         })
     }
 

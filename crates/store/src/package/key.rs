@@ -101,6 +101,12 @@ impl PublicKey {
         hex(self.0.as_bytes())
     }
 
+    /// Returns the first eight bytes of the key as people compare them: four groups of four digits.
+    pub fn fingerprint(&self) -> String {
+        let hex = self.to_hex();
+        [0, 4, 8, 12].map(|at| &hex[at..at + 4]).join(" ")
+    }
+
     /// Whether this key verifies the signature of a message. Weak keys and malleable signatures are rejected.
     pub fn verifies(&self, message: &[u8], signature: &[u8; 64]) -> bool {
         self.0.verify_strict(message, &Signature::from_bytes(signature)).is_ok()
@@ -193,6 +199,7 @@ mod tests {
         let secret = SecretKey(SigningKey::from_bytes(seed.as_slice().try_into().unwrap()));
         let public = secret.public();
         assert_eq!(public.to_hex(), PUBLIC);
+        assert_eq!(public.fingerprint(), "d75a 9801 82b1 0ab7");
         assert_eq!(PublicKey::from_hex(PUBLIC), Some(public.clone()));
         assert_eq!(PublicKey::from_pem(&public.to_pem().unwrap()), Ok(public.clone()));
         assert_eq!(SecretKey::from_pem(&secret.to_pem().unwrap()).unwrap().public(), public);

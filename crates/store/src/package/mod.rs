@@ -13,9 +13,10 @@ mod patch;
 mod seal;
 mod sealed_file;
 mod serial;
+mod sign;
 mod verify;
 
-pub use date::{acquisition_day, parse_date, utc_day};
+pub use date::{acquisition_day, days_between, parse_date, utc_day};
 pub use digest::file_digest;
 pub use error::PackageError;
 pub use freshness::{Finding, StalePolicy, check_freshness};
@@ -30,4 +31,5 @@ pub use patch::{
 pub use seal::{SEAL_LEN, Seal};
 pub use sealed_file::{read_seal, write_seal};
 pub use serial::require_serial;
+pub use sign::{Signed, sign};
 pub use verify::{PackageVerification, VerifyOptions, verify_package};

@@ -1,7 +1,7 @@
 //! Opens a store as the aircraft does: proves manifest, signature, age and every footprint.
 
 use super::freshness::{Finding, StalePolicy, check_freshness};
-use super::sealed_file::{read_seal, require_unopened};
+use super::sealed_file::{read_seal, require_unopened, require_whole};
 use super::{Manifest, PackageError, PublicKey, Seal};
 use crate::Reader;
 use jiff::civil::Date;
@@ -34,7 +34,8 @@ pub fn open_onboard(
     policies: &[StalePolicy],
     today: Date,
 ) -> Result<Onboard, PackageError> {
-    let store = Reader::open_onboard(path)?;
+    let store = Reader::open_onboard(path).map_err(|error| require_whole(path).err().unwrap_or(error.into()))?;
+    require_whole(path)?;
     let manifest = proved_manifest(&store, required)?;
     let findings = check_freshness(path, store.layers(), manifest.as_ref(), policies, today)?;
     let store = match &manifest {

@@ -2,9 +2,9 @@
 
 use super::freshness::check_freshness;
 use super::onboard::{check_layers, proved_manifest};
-use super::sealed_file::{read_seal, require_unopened};
-use super::{PackageError, PublicKey, file_digest};
-use crate::{Reader, StoreError, StoreRemedy, Verification, hex, verify};
+use super::sealed_file::{read_seal, require_unopened, require_whole};
+use super::{Manifest, PackageError, PublicKey, file_digest};
+use crate::{Layer, Reader, StoreError, StoreRemedy, Verification, hex, verify};
 use jiff::civil::Date;
 use serde::Serialize;
 use std::path::Path;
@@ -44,6 +44,12 @@ pub struct PackageVerification {
     pub tile_by_tile: bool,
     /// Size of the file, bytes.
     pub bytes: u64,
+    /// The proved manifest, if the store was exported.
+    #[serde(skip)]
+    pub manifest: Option<Manifest>,
+    /// The layers of the store.
+    #[serde(skip)]
+    pub layers: Vec<Layer>,
 }
 
 /// Options of a verification.
@@ -70,7 +76,11 @@ pub fn verify_package(
 ) -> Result<PackageVerification, PackageError> {
     let metadata = std::fs::metadata(path).map_err(|e| PackageError::io(path, e))?;
     if !metadata.is_file() {
-        return Err(StoreError::NotAStore { path: path.into(), found: "not a regular file".into() }.into());
+        let found = if metadata.is_dir() { "a folder" } else { "not a regular file" };
+        return Err(StoreError::NotAStore { path: path.into(), found: found.into() }.into());
+    }
+    if let Err(error @ PackageError::CutOff { .. }) = require_whole(path) {
+        return Ok(cut_off(&error, metadata.len()));
     }
     let reopened = require_unopened(path).err();
     // An immutable connection leaves no side files beside a file in WAL mode.
@@ -100,8 +110,17 @@ pub fn verify_package(
     let first = found.first().map(|p| (p.code, p.remedy)).or(damaged);
     store.problems.splice(0..0, found.into_iter().map(|p| p.message));
     store.ok = first.is_none();
-    let (signed_by, valid_until) = manifest.map_or((None, None), |m| (m.signed_by, m.valid_until));
-    Ok(PackageVerification { signed_by, valid_until, tile_by_tile, ..whole.verification(store, first) })
+    let (signed_by, valid_until) =
+        manifest.as_ref().map_or((None, None), |m| (m.signed_by.clone(), m.valid_until.clone()));
+    let layers = reader.layers().to_vec();
+    Ok(PackageVerification {
+        signed_by,
+        valid_until,
+        tile_by_tile,
+        manifest,
+        layers,
+        ..whole.verification(store, first)
+    })
 }
 
 /// The bytes of the whole file.
@@ -150,6 +169,8 @@ impl WholeFile {
             valid_until: None,
             tile_by_tile: false,
             bytes: self.bytes,
+            manifest: None,
+            layers: Vec::new(),
         }
     }
 
@@ -160,6 +181,13 @@ impl WholeFile {
         let store = Verification { ok: false, digest: String::new(), tiles: 0, bad_tiles: Vec::new(), problems };
         Ok(self.verification(store, Some((problem.code, problem.remedy))))
     }
+}
+
+/// The verification of half a copy: nothing else is worth saying about it.
+fn cut_off(error: &PackageError, bytes: u64) -> PackageVerification {
+    let problems = vec![error.to_string()];
+    let store = Verification { ok: false, digest: String::new(), tiles: 0, bad_tiles: Vec::new(), problems };
+    WholeFile { bytes, digest: None }.verification(store, Some((error.code(), error.remedy())))
 }
 
 fn problem(error: &PackageError) -> FoundProblem {

@@ -6,7 +6,7 @@ use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::{default_right_m, fix_text};
 use crate::cli::lab::over_store::FlightOverStore;
-use crate::cli::number::positive;
+use crate::cli::number::{positive, positive_metres};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
@@ -37,13 +37,13 @@ pub struct Args {
     #[command(flatten)]
     over: FlightOverStore,
     /// The prior is displaced by a uniform error of at most this per axis, metres.
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 500.0)]
     prior_error_m: f64,
     /// Seed of the displacements: equal seeds give equal priors.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive_metres)]
     right_m: Option<f64>,
     /// One standard deviation of the heading prior, degrees.
     #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]

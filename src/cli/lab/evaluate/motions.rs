@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
-use crate::cli::number::positive;
+use crate::cli::number::{positive, positive_metres};
 use crate::cli::output::Output;
 use overfly_core::registration::relative::MotionAnswer;
 use overfly_lab::trial::{
@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// One standard deviation of the flight's positions per axis, metres.
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 2.0)]
+    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 2.0)]
     position_sigma_m: f64,
     /// One standard deviation of the flight's headings, degrees.
     #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]

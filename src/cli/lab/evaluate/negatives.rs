@@ -5,7 +5,7 @@ use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::default_right_m;
 use crate::cli::lab::over_store::FlightOverStore;
-use crate::cli::number::{positive, share};
+use crate::cli::number::{positive, positive_metres, share};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
@@ -63,7 +63,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Half width of the usual square, metres.
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 500.0)]
     prior_error_m: f64,
     /// Areas to search, in usual squares.
     #[arg(long, value_name = "RATIO,...", value_parser = positive, value_delimiter = ',', default_values_t = [1.0, 10.0, 100.0])]
@@ -75,7 +75,7 @@ pub struct Args {
     #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.5)]
     unknown_heading_share: f64,
     /// Greatest error of a right fix over repeating ground, metres [default: 3 ground pixels of the coarsest source].
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive_metres)]
     right_m: Option<f64>,
     /// One standard deviation of the heading prior, degrees.
     #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]

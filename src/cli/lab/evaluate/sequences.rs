@@ -4,7 +4,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::lab::fix_score::default_right_m;
 use crate::cli::lab::over_store::FlightOverStore;
-use crate::cli::number::positive;
+use crate::cli::number::{positive, positive_metres};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use overfly_core::coupling::Mode;
@@ -46,10 +46,10 @@ pub struct Args {
     #[arg(long, value_name = "MPS", value_parser = positive, default_value_t = 40.0)]
     speed_mps: f64,
     /// Smallest turn radius, metres.
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 500.0)]
+    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 500.0)]
     min_turn_radius_m: f64,
     /// Greatest error of a flight that has recovered, metres [default: 3 ground pixels of the coarsest source].
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive_metres)]
     right_m: Option<f64>,
     /// Flights at the same time; each uses one thread.
     #[arg(long, value_name = "N", default_value_t = default_threads())]

@@ -7,6 +7,8 @@ use serde::Serialize;
 /// What `plan` prints as JSON. Infinite numbers are null.
 #[derive(Serialize)]
 pub struct PlanSummary<'a> {
+    /// The plan in one sentence.
+    pub verdict: &'a str,
     /// What the models predict.
     #[serde(flatten)]
     pub forecast: &'a Forecast,

@@ -22,7 +22,8 @@ fn maybe(value: Option<f64>) -> String {
 /// The plan as text.
 pub fn text(summary: &PlanSummary) -> String {
     let f = summary.forecast;
-    let mut text = [image_text(f), sequential_text(f), parallel_text(f), combined_text(f)].join("\n");
+    let mut text = format!("verdict    {}\n\n", summary.verdict);
+    text += &[image_text(f), sequential_text(f), parallel_text(f), combined_text(f)].join("\n");
     let mode = f.advice.mode.map_or("none", |m| m.word());
     text.push_str(&format!("\nuse        {mode}: {}\n\n", f.advice.why));
     text.push_str(&sensitivity_text(summary.sensitivity));

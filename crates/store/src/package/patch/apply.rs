@@ -59,6 +59,15 @@ pub struct Applied {
 /// signature and manifest as [`crate::package::open_onboard`]; [`PackageError::OlderSerial`]; a damaged tile of the old store; a full
 /// disk.
 pub fn apply(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Applied, PackageError> {
+    // The new store is about as large as the old one, and is written twice: as a draft, and compact.
+    let needed = std::fs::metadata(request.store).map_or(0, |m| 2 * m.len());
+    make(request, progress).map_err(|error| match error {
+        PackageError::Store(error) => error.needing(needed).into(),
+        other => other,
+    })
+}
+
+fn make(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Applied, PackageError> {
     let (header, records) = patch_file::open(request.patch)?;
     let sealed = stated_seal(&header, request)?;
     let signed_by = sealed.as_ref().and_then(|(manifest, _)| manifest.signed_by.clone());

@@ -1,0 +1,56 @@
+//! `ExportWarning`: what a planner must know about an export before the flight.
+
+use overfly_ingest::export::{CorridorCoverage, CoverageGap, coverage_gaps};
+use overfly_store::Reader;
+use serde::Serialize;
+
+/// A warning; the export is made all the same.
+#[derive(Serialize)]
+pub struct ExportWarning {
+    /// A stable word for scripts.
+    code: &'static str,
+    /// The warning as text.
+    pub message: String,
+}
+
+/// The warnings about an export. `layers` are those that were asked for by name, `corridor_m` is the width that was asked for and
+/// `widest_m` the largest one, metres on each side.
+pub fn export_warnings(
+    store: &Reader,
+    layers: &[String],
+    coverage: &[CorridorCoverage],
+    (corridor_m, widest_m): (f64, f64),
+) -> Vec<ExportWarning> {
+    let unfinished = store.layers().iter().filter(|l| !l.complete && layers.is_empty()).map(|l| ExportWarning {
+        code: "unfinished_layer",
+        message: format!(
+            "layer {} is unfinished and is left out; run its `overfly build` again to finish it, and export again",
+            l.name
+        ),
+    });
+    let gaps = coverage_gaps(coverage);
+    let leaves = (!gaps.is_empty()).then(|| ExportWarning {
+        code: "route_leaves_map",
+        message: format!(
+            "the route leaves the map, which shows less than half of the corridor {}: expect no fix there",
+            gaps.iter().map(place).collect::<Vec<_>>().join(", ")
+        ),
+    });
+    let widened = (widest_m > corridor_m).then(|| ExportWarning {
+        code: "corridor_widened",
+        message: format!(
+            "the corridor was widened from {corridor_m:.0} m to up to {widest_m:.0} m on each side, by the drift without a fix that --aircraft states"
+        ),
+    });
+    unfinished.chain(leaves).chain(widened).collect()
+}
+
+fn place(gap: &CoverageGap) -> String {
+    let of = if gap.route == 0 { String::new() } else { format!(" of alternate {}", gap.route) };
+    let (from_km, to_km) = (gap.from_m / 1e3, gap.to_m / 1e3);
+    if gap.to_m > gap.from_m {
+        format!("from km {from_km:.1} to {to_km:.1}{of}")
+    } else {
+        format!("at km {from_km:.1}{of}")
+    }
+}
