@@ -1,5 +1,6 @@
 //! `overfly serve`: the HTTP service.
 
+mod access;
 mod allocator;
 
 use crate::cli::exit::Exit;
@@ -7,6 +8,7 @@ use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::today::today;
 use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
+use access::AccessArgs;
 use anyhow::Context;
 use overfly_store::Reader;
 use overfly_store::package::{PublicKey, StalePolicy, open_onboard};
@@ -20,11 +22,12 @@ level on standard error (error, warn, info, debug; info by default).
 Examples:
   overfly serve --db map.gpkg
   overfly serve --db map.gpkg --onboard --listen unix:/run/overfly.sock
+  overfly serve --db map.gpkg --listen 0.0.0.0:8787 --token-file token
   overfly serve --db flight.gpkg --onboard --require-signature ground.key.pub --stale-after-days 730=warn
 
 With --onboard, the seal, manifest and signature of an exported store and all its footprints are verified before the service starts,
 and a store past its last day is refused. Each tile's hash is verified when the tile is read; a damaged tile is neither served nor
-matched, and /healthz reports it. The age of the imagery is checked only at the start, so nothing disappears in flight. The service
+matched, and /healthz reports it. A Unix socket is open to its owner only. TLS is the work of a reverse proxy: docs/onboard.md. The age of the imagery is checked only at the start, so nothing disappears in flight. The service
 notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
 
 /// Arguments.
@@ -52,6 +55,8 @@ pub struct Args {
     /// the largest frame has about SIZE / 23 pixels.
     #[arg(long, value_name = "SIZE", value_parser = crate::cli::number::memory_bytes)]
     memory: Option<u64>,
+    #[command(flatten)]
+    access: AccessArgs,
 }
 
 /// Serves until SIGTERM or ctrl-c.
@@ -64,6 +69,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         allocator::limit_heaps();
     }
     let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
+    let access = args.access.access(&listen)?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose()?;
     log();
     log_panics();
@@ -81,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .build()
         .context("cannot start the threads of the service")
         .map_err(|e| Failure::failed("threads", e))?;
-    let state = ServiceState::new(store, service, limits).with_warnings(warnings);
+    let state = ServiceState::new(store, service, limits).with_warnings(warnings).with_access(access);
     let outcome = runtime.block_on(async {
         let stop = stop_signal().map_err(|e| Failure::failed("signals", e))?;
         let started = |at: &Listen| {

@@ -3,6 +3,7 @@
 use super::export_failure::ExportFailure;
 use super::form_error::FormError;
 use super::query::QueryError;
+use super::refusal::Refusal;
 use axum::http::StatusCode;
 use overfly_core::tile::TileError;
 use overfly_flight::frame::FrameError;
@@ -23,6 +24,8 @@ pub(super) enum ServerError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Form(#[from] FormError),
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     #[error("{error}")]
     Frame { part: &'static str, error: FrameError },
     #[error("{name}: {reason}")]
@@ -84,6 +87,10 @@ impl ServerError {
                 | FormError::Unknown { .. }
                 | FormError::NotJson { .. } => StatusCode::BAD_REQUEST,
             },
+            Self::Refused(refusal) => match refusal {
+                Refusal::Host { .. } | Refusal::Origin { .. } => StatusCode::FORBIDDEN,
+                Refusal::Token => StatusCode::UNAUTHORIZED,
+            },
             Self::Frame { error, .. } => match error {
                 FrameError::NotAnImage { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
                 FrameError::Damaged { .. } => StatusCode::UNPROCESSABLE_ENTITY,
@@ -114,6 +121,7 @@ impl ServerError {
             Self::Locate(error) => error.code(),
             Self::Store(error) => error.code(),
             Self::Form(error) => error.code(),
+            Self::Refused(refusal) => refusal.code(),
             Self::Frame { error, .. } => error.code(),
             Self::Parameter { .. } => "parameter_out_of_range",
             Self::TileName(_) | Self::TileIndex { .. } => "tile_name",

@@ -12,6 +12,8 @@
 //!
 //! Without the feature `preflight` there are no exports: `no_exports` stands in for `exports`.
 
+mod access;
+mod address;
 mod body;
 mod candidates;
 mod catalogue;
@@ -32,6 +34,7 @@ mod exports;
 mod fixes;
 mod form;
 mod form_error;
+mod guard;
 mod health;
 #[cfg(feature = "preflight")]
 mod json_body;
@@ -43,19 +46,26 @@ mod no_query;
 mod operations;
 mod page;
 mod problem;
+mod public_address;
 mod query;
 mod range;
+mod refusal;
 mod remedy;
 mod router;
 mod service;
+mod session;
 mod state;
 mod supervisor;
 mod tiles;
+mod token;
 mod work;
 
+pub use access::{Access, AccessError, AccessOptions};
+pub use address::{Listen, ListenError};
 pub use limits::Limits;
-pub use listen::{Listen, ListenError, serve};
+pub use listen::serve;
 pub use router::router;
 pub use service::Service;
 pub use state::ServiceState;
 pub use supervisor::Supervisor;
+pub use token::{Token, TokenError};

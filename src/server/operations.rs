@@ -11,14 +11,14 @@ use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 
 /// Whether the process is alive. The lines after the first list damage of its store, if there is any.
-#[utoipa::path(get, path = "/healthz", tag = "operations", responses((status = 200, description = "The process is alive", body = String, content_type = "text/plain")))]
+#[utoipa::path(get, path = "/healthz", tag = "operations", security(()), responses((status = 200, description = "The process is alive", body = String, content_type = "text/plain")))]
 pub(super) async fn healthz(State(state): State<ServiceState>) -> String {
     Health::from_state(&state).text("ok")
 }
 
 /// Whether the store can be read now: the file exists, is the one that was opened, and its pages can be read. The lines after the first list damage of the store, if there is any.
 #[utoipa::path(
-    get, path = "/readyz", tag = "operations",
+    get, path = "/readyz", tag = "operations", security(()),
     responses(
         (status = 200, description = "The store can be read", body = String, content_type = "text/plain"),
         (status = "5XX", description = "The store cannot be read", body = Problem, content_type = "application/problem+json"),

@@ -1,5 +1,6 @@
 //! `ServiceState`: the state that all handlers share.
 
+use super::access::Access;
 use super::limits::Limits;
 use super::metrics::Metrics;
 use super::service::Service;
@@ -18,6 +19,7 @@ pub struct ServiceState {
     pub(super) work: Work,
     pub(super) metrics: Metrics,
     pub(super) warnings: Arc<[String]>,
+    pub(super) access: Arc<Access>,
 }
 
 impl ServiceState {
@@ -26,11 +28,16 @@ impl ServiceState {
         let (work, metrics) = (Work::new(&limits), Metrics::new());
         let residents = Arc::new(Residents::new(limits.index_bytes).giving(limits.tiles));
         let store = Arc::new(store);
-        Self { store, residents, service, limits, work, metrics, warnings: Arc::new([]) }
+        Self { store, residents, service, limits, work, metrics, warnings: Arc::new([]), access: Arc::default() }
     }
 
     /// The same state with warnings, which every health report includes.
     pub fn with_warnings(self, warnings: Vec<String>) -> Self {
         Self { warnings: warnings.into(), ..self }
+    }
+
+    /// The same state, to be used only by whom `access` admits.
+    pub fn with_access(self, access: Access) -> Self {
+        Self { access: Arc::new(access), ..self }
     }
 }

@@ -5,12 +5,13 @@ use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
 use super::no_query::NoQuery;
 use super::problem::Problem;
+use super::public_address::PublicAddress;
 use super::state::ServiceState;
 use super::work::WorkClass;
 use axum::Json;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
 use overfly_core::tile::TileId;
@@ -18,7 +19,7 @@ use overfly_core::tile::TileId;
 /// A tile may change when the store is built again: caches must revalidate after a minute.
 const CACHE: &str = "public, max-age=60, must-revalidate";
 /// Names the format of a descriptor blob.
-const CONTRACT_HEADER: HeaderName = HeaderName::from_static("overfly-descriptor-contract");
+pub(super) const CONTRACT_HEADER: HeaderName = HeaderName::from_static("overfly-descriptor-contract");
 
 type TilePath = Result<Path<(String, String, String, String)>, PathRejection>;
 
@@ -139,14 +140,6 @@ pub(super) async fn tilejson(
     _: NoQuery,
 ) -> Result<Json<TileJson>, ServerError> {
     let Path(layer) = path.map_err(|e| ServerError::Path(e.body_text()))?;
-    Ok(Json(TileJson::new(state.store.layer(&layer)?, &origin(&headers))))
-}
-
-/// The address under which the caller reaches the service; empty if it is unknown, so that addresses are relative.
-fn origin(headers: &HeaderMap) -> String {
-    let plain = |c: u8| c.is_ascii_alphanumeric() || b".-:[]".contains(&c);
-    match headers.get(HOST).and_then(|host| host.to_str().ok()) {
-        Some(host) if !host.is_empty() && host.bytes().all(plain) => format!("http://{host}"),
-        _ => String::new(),
-    }
+    let origin = PublicAddress::from_headers(&headers).origin();
+    Ok(Json(TileJson::new(state.store.layer(&layer)?, &origin)))
 }

@@ -1,5 +1,6 @@
 //! One binary, a module per promise.
 
+mod access;
 mod build;
 mod calibrate;
 mod candidates;

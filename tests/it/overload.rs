@@ -40,12 +40,12 @@ impl Held {
         let mut stream = service.client().connect().unwrap();
         stream.set_write_timeout(Some(Duration::from_millis(50))).unwrap();
         let begun = match self {
-            Self::Head => b"GET /healthz HTTP/1.1\r\nhost: o\r\n".to_vec(),
+            Self::Head => b"GET /healthz HTTP/1.1\r\nhost: localhost\r\n".to_vec(),
             Self::Body(path) => {
                 let kind =
                     if path.ends_with("exports") { "application/json" } else { "multipart/form-data; boundary=b" };
                 let head = format!(
-                    "POST {path} HTTP/1.1\r\nhost: o\r\ncontent-type: {kind}\r\ncontent-length: 900000\r\n\r\n"
+                    "POST {path} HTTP/1.1\r\nhost: localhost\r\ncontent-type: {kind}\r\ncontent-length: 900000\r\n\r\n"
                 );
                 [head.as_bytes(), b"{"].concat()
             }
@@ -89,7 +89,7 @@ fn held_connections_delay_neither_health_nor_candidates() {
 /// Posts a JSON text for an export, and asks until that has ended.
 fn export_asked(service: &ServedStore, body: &str) -> HttpReply {
     let head = format!(
-        "POST /v1/exports HTTP/1.1\r\nhost: o\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n",
+        "POST /v1/exports HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n",
         body.len()
     );
     let mut reply = service.client().send(&[head.as_bytes(), body.as_bytes()].concat()).unwrap();

@@ -4,6 +4,7 @@
 //! `migrations/README.md` documents every table and blob. All SQL of the workspace is in `migrations/` and in this crate.
 
 mod atomic_file;
+mod bounded_file;
 mod cache_limits;
 mod cells;
 mod connection;
@@ -42,6 +43,7 @@ mod window;
 mod writer;
 
 pub use atomic_file::{AtomicFile, FileKind, PATCH_MAGIC, file_len};
+pub use bounded_file::{read_bounded, read_bounded_text, read_small_text};
 pub use cache_limits::CacheLimits;
 pub use connection::{APPLICATION_ID, USER_VERSION, clear_journal};
 pub use content::{Child, TileContent, cells_blob};
