@@ -2,6 +2,8 @@
 
 mod access;
 mod allocator;
+#[cfg(feature = "preflight")]
+mod exports;
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -57,6 +59,9 @@ pub struct Args {
     memory: Option<u64>,
     #[command(flatten)]
     access: AccessArgs,
+    #[cfg(feature = "preflight")]
+    #[command(flatten)]
+    exports: exports::ExportArgs,
 }
 
 /// Serves until SIGTERM or ctrl-c.
@@ -104,11 +109,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     outcome.map(|()| Exit::Done)
 }
 
-/// The limits that --memory sets: onboard for the whole service, on the ground for its indexes.
+/// The limits of the service: --memory sets them onboard for the whole service, on the ground for its indexes.
 fn limits(args: &Args) -> Limits {
     match args.memory {
         bytes if args.onboard => Limits::within(bytes.unwrap_or(512_000_000)),
-        bytes => Limits { index_bytes: bytes.unwrap_or(256_000_000), ..Limits::default() },
+        bytes => Limits {
+            index_bytes: bytes.unwrap_or(256_000_000),
+            #[cfg(feature = "preflight")]
+            exports: args.exports.limits(),
+            ..Limits::default()
+        },
     }
 }
 

@@ -52,6 +52,8 @@ pub(super) enum ServerError {
     Crowded,
     #[error("another export is being written: try again when it is finished")]
     Exporting,
+    #[error("the export is being written: delete it when it has ended")]
+    ExportUnderWay,
     #[error("no such export; POST /v1/exports begins one")]
     NoExport,
     #[error("{}", .0.detail)]
@@ -102,6 +104,7 @@ impl ServerError {
             }
             Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
             Self::Export(failure) => failure.status,
+            Self::ExportUnderWay => StatusCode::CONFLICT,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
             Self::Busy | Self::Crowded | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
                 StatusCode::SERVICE_UNAVAILABLE
@@ -133,6 +136,7 @@ impl ServerError {
             Self::Busy | Self::Crowded | Self::Exporting => "busy",
             Self::NoExport => "no_such_export",
             Self::Export(failure) => failure.code,
+            Self::ExportUnderWay => "export_under_way",
             Self::NotReady { code, .. } => code,
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",

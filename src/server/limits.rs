@@ -1,6 +1,7 @@
 //! `Limits`: limits on the size, time, number and memory of requests.
 
 use super::error::ServerError;
+use super::export_limits::ExportLimits;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{FrameBounds, decode_frame_within};
 use overfly_flight::locate::candidates::MAX_TILES;
@@ -36,6 +37,8 @@ pub struct Limits {
     pub tiles: u64,
     /// Limits of the caches of the store's reader.
     pub keep: CacheLimits,
+    /// Limits of the exports that are kept; on the ground only.
+    pub exports: ExportLimits,
 }
 
 /// Bytes per pixel of a frame while it is decoded.
@@ -101,6 +104,7 @@ impl Default for Limits {
             index_bytes: 256 << 20,
             tiles: MAX_TILES,
             keep: CacheLimits::default(),
+            exports: ExportLimits::default(),
         }
     }
 }

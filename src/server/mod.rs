@@ -25,7 +25,12 @@ mod error;
 mod error_response;
 mod export_failure;
 #[cfg(feature = "preflight")]
+mod export_folder;
+#[cfg(feature = "preflight")]
+mod export_job;
+#[cfg(feature = "preflight")]
 mod export_jobs;
+mod export_limits;
 #[cfg(feature = "preflight")]
 mod exports;
 #[cfg(not(feature = "preflight"))]
@@ -62,6 +67,7 @@ mod work;
 
 pub use access::{Access, AccessError, AccessOptions};
 pub use address::{Listen, ListenError};
+pub use export_limits::ExportLimits;
 pub use limits::Limits;
 pub use listen::serve;
 pub use router::router;

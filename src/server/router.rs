@@ -54,7 +54,7 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(tiles::tilejson))
         .routes(routes!(tiles::descriptors))
         .routes(routes!(operations::readyz))
-        .merge(exports::routes(state.service))
+        .merge(exports::routes(&state))
         .route_layer(from_fn_with_state(state.clone(), same_store));
     let routes = OpenApiRouter::with_openapi(Api::openapi())
         .merge(store_routes)

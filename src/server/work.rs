@@ -15,7 +15,7 @@ pub(super) enum WorkClass {
     Short,
     /// Reads the store: takes milliseconds, rarely a second.
     Query,
-    /// Parses a large body.
+    /// Parses a large body, or selects the tiles of an export.
     #[cfg(feature = "preflight")]
     Parsing,
     /// Decodes and registers images.

@@ -14,7 +14,7 @@ mod tile_json;
 pub(crate) use answer::AnswerJson;
 pub(super) use candidates::CandidatesJson;
 pub(super) use coverage::CoverageJson;
-pub(super) use export::{ExportParameters, ExportProgress};
+pub(super) use export::{ExportAnswer, ExportEntry, ExportParameters, ExportPreview, ExportProgress};
 pub(super) use fix_parameters::FixParametersJson;
 pub(super) use layer::LayerJson;
 pub(super) use motion::{MotionParameters, MotionReply};
