@@ -4,6 +4,7 @@ mod access;
 mod allocator;
 #[cfg(feature = "preflight")]
 mod exports;
+mod opening;
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -12,8 +13,8 @@ use crate::cli::today::today;
 use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
 use access::AccessArgs;
 use anyhow::Context;
-use overfly_store::Reader;
-use overfly_store::package::{PublicKey, StalePolicy, open_onboard};
+use opening::Opening;
+use overfly_store::package::{PublicKey, StalePolicy};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -29,8 +30,8 @@ Examples:
 
 With --onboard, the seal, manifest and signature of an exported store and all its footprints are verified before the service starts,
 and a store past its last day is refused. Each tile's hash is verified when the tile is read; a damaged tile is neither served nor
-matched, and /healthz reports it. A Unix socket is open to its owner only. TLS is the work of a reverse proxy: docs/onboard.md. The age of the imagery is checked only at the start, so nothing disappears in flight. The service
-notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
+matched, and /healthz reports it. A Unix socket is open to its owner only. TLS is the work of a reverse proxy: docs/onboard.md. The age of the imagery is checked only at the start, so nothing disappears in flight. A store
+that is replaced (by a rename) or built anew is checked in the same way and then served. The service notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -79,20 +80,25 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     log();
     log_panics();
     let limits = limits(args);
-    let (service, store, warnings) = if args.onboard {
-        let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today())?;
-        let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
-        warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
-        (Service::Onboard, opened.store.with_cache_limits(limits.keep)?, warnings)
-    } else {
-        (Service::Preflight, Reader::open(&args.db)?, Vec::new())
+    let opening = Opening {
+        db: args.db.clone(),
+        is_onboard: args.onboard,
+        key,
+        policies: args.stale_after_days.clone(),
+        today: today(),
+        keep: limits.keep,
     };
+    let (store, warnings) = opening.open()?;
+    let service = if args.onboard { Service::Onboard } else { Service::Preflight };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .context("cannot start the threads of the service")
         .map_err(|e| Failure::failed("threads", e))?;
-    let state = ServiceState::new(store, service, limits).with_warnings(warnings).with_access(access);
+    let state = ServiceState::new(store, service, limits)
+        .with_warnings(warnings)
+        .with_access(access)
+        .with_reopening(move || opening.reopen());
     let outcome = runtime.block_on(async {
         let stop = stop_signal().map_err(|e| Failure::failed("signals", e))?;
         let started = |at: &Listen| {

@@ -4,6 +4,7 @@ use super::export_failure::ExportFailure;
 use super::form_error::FormError;
 use super::query::QueryError;
 use super::refusal::Refusal;
+use super::store_refusal::StoreRefusal;
 use axum::http::StatusCode;
 use overfly_core::tile::TileError;
 use overfly_flight::frame::FrameError;
@@ -44,6 +45,8 @@ pub(super) enum ServerError {
     NoRoute,
     #[error("this path does not take this method; /openapi.json lists its methods")]
     Method,
+    #[error("the file of the store was replaced or removed, and what is there now is refused ({code}): {reason}; it is tried again soon", code = .0.code, reason = .0.reason)]
+    Replaced(StoreRefusal),
     #[error("not ready: {reason}")]
     NotReady { code: &'static str, reason: String },
     #[error("too many uploads are in progress: try again")]
@@ -106,9 +109,12 @@ impl ServerError {
             Self::Export(failure) => failure.status,
             Self::ExportUnderWay => StatusCode::CONFLICT,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Busy | Self::Crowded | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
-                StatusCode::SERVICE_UNAVAILABLE
-            }
+            Self::Busy
+            | Self::Crowded
+            | Self::Exporting
+            | Self::TimeLimit { .. }
+            | Self::NotReady { .. }
+            | Self::Replaced(_) => StatusCode::SERVICE_UNAVAILABLE,
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
         }
     }
@@ -138,6 +144,7 @@ impl ServerError {
             Self::Export(failure) => failure.code,
             Self::ExportUnderWay => "export_under_way",
             Self::NotReady { code, .. } => code,
+            Self::Replaced(_) => "store_changed",
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",
         }

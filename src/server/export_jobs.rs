@@ -135,7 +135,8 @@ impl ExportJobs {
             if is_old {
                 job.remove_file();
             }
-            !is_old && !(matches!(job.outcome(), Some(Ok(_))) && !job.path.exists())
+            let is_gone = matches!(job.outcome(), Some(Ok(_))) && !job.path.exists();
+            !(is_old || is_gone)
         });
     }
 

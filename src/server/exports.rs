@@ -10,12 +10,13 @@ use super::json_body::JsonBody;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::range::RequestedRange;
+use super::served::Served;
 use super::service::Service;
 use super::state::ServiceState;
 use super::work::WorkClass;
 use axum::body::Body;
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Path, Request};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
@@ -62,7 +63,7 @@ pub(super) fn routes(state: &ServiceState) -> OpenApiRouter<ServiceState> {
     )
 )]
 pub(super) async fn post(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     jobs: Jobs,
     _: NoQuery,
     headers: HeaderMap,
@@ -72,19 +73,19 @@ pub(super) async fn post(
     let parsed = state.work.run(WorkClass::Parsing, move || parse(&body.bytes)).await?;
     let (parameters, request) = parsed?;
     for name in &parameters.layers {
-        state.store.layer(name)?;
+        state.store.reader.layer(name)?;
     }
     if parameters.dry_run {
         return Ok(Json(ExportAnswer::Preview(dry_run(&state, request).await?)).into_response());
     }
-    let progress = available(jobs)?.begin(&state.store, request)?;
+    let progress = available(jobs)?.begin(&state.store.reader, request)?;
     let status = if progress.done { StatusCode::OK } else { StatusCode::ACCEPTED };
     let location = format!("/v1/exports/{}", progress.id);
     Ok((status, [(LOCATION, location)], Json(ExportAnswer::Begun(progress))).into_response())
 }
 
 async fn dry_run(state: &ServiceState, request: ExportRequest) -> Result<ExportPreview, ServerError> {
-    let store = state.store.clone();
+    let store = state.store.reader.clone();
     let found = state.work.run(WorkClass::Parsing, move || {
         preview(&store, &request).map_err(|error| ServerError::Export(export_failure(&error, [store.path(); 2])))
     });

@@ -5,11 +5,11 @@ use super::error::ServerError;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::state::ServiceState;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
+use axum::extract::Multipart;
 use axum::extract::multipart::MultipartRejection;
-use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
 use overfly_flight::locate::{FixParameters, candidates::default_layer, locate_cancellable};
 use std::time::Instant;
@@ -38,7 +38,7 @@ pub(super) struct FixForm {
     )
 )]
 pub(super) async fn post(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     _: NoQuery,
     headers: HeaderMap,
     multipart: Result<Multipart, MultipartRejection>,
@@ -50,13 +50,13 @@ pub(super) async fn post(
     let answer = work
         .run_cancellable(WorkClass::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
             let layer = match &parameters.layer {
-                Some(name) => state.store.layer(name)?,
-                None => default_layer(&state.store)?,
+                Some(name) => state.store.reader.layer(name)?,
+                None => default_layer(&state.store.reader)?,
             };
             let request = FixParameters::from(&parameters).request(&layer.name)?;
             let frame = state.limits.frame("image", &bytes)?;
             let start = Instant::now();
-            let answer = locate_cancellable(&state.store, &frame, &request, state.limits.threads, cancellation)?;
+            let answer = locate_cancellable(&state.store.reader, &frame, &request, state.limits.threads, cancellation)?;
             Ok(AnswerJson::new(answer, start.elapsed().as_micros() as f64 / 1e3))
         })
         .await??;

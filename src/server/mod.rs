@@ -3,8 +3,9 @@
 //! Handlers parse a request, make one library call and reply. Every failure becomes a problem document (`problem`). Nothing here
 //! writes to the store: the state holds a `store::Reader`. On the ground, exports are written to a temporary folder of the service.
 //!
-//! Layers, digest and indexes are read once, at the start. If the finished layers of the store change afterwards, or its file is
-//! replaced or removed, every request answers 503 `store_changed` until the service is started again. If the head of a request is
+//! Layers, digest and indexes are read once for each store. If the finished layers of the store change, or its file is replaced, the
+//! new store is opened with the checks of the start, and served from the next request on; while it is missing or refused, every request
+//! answers 503 `store_changed`. If the head of a request is
 //! malformed or too large, the HTTP library answers 400, 414 or 431 without a body, before any route. A connection is closed if the
 //! head of a request takes longer than 15 s, if the connection is idle for that long, or if a reader takes nothing for 30 s. While all
 //! places are taken, `/healthz`, `/readyz` and candidates are answered on reserved ones. A fix is cancelled when nobody waits for it
@@ -57,9 +58,12 @@ mod range;
 mod refusal;
 mod remedy;
 mod router;
+mod served;
 mod service;
 mod session;
 mod state;
+mod store_refusal;
+mod store_slot;
 mod supervisor;
 mod tiles;
 mod token;
@@ -73,5 +77,6 @@ pub use listen::serve;
 pub use router::router;
 pub use service::Service;
 pub use state::ServiceState;
+pub use store_refusal::StoreRefusal;
 pub use supervisor::Supervisor;
 pub use token::{Token, TokenError};

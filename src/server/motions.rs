@@ -5,11 +5,11 @@ use super::error::ServerError;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::state::ServiceState;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
+use axum::extract::Multipart;
 use axum::extract::multipart::MultipartRejection;
-use axum::extract::{Multipart, State};
 use axum::http::HeaderMap;
 use overfly_core::camera::{Camera, View};
 use overfly_core::pixels::Gray;
@@ -42,7 +42,7 @@ pub(super) struct MotionForm {
     )
 )]
 pub(super) async fn post(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     _: NoQuery,
     headers: HeaderMap,
     multipart: Result<Multipart, MultipartRejection>,

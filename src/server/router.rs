@@ -5,12 +5,12 @@ use super::error::ServerError;
 use super::guard::admit;
 use super::metrics::observe;
 use super::problem::{PROBLEM_JSON, Problem};
+use super::served::same_store;
 use super::state::ServiceState;
-use super::work::WorkClass;
 use super::{candidates, catalogue, exports, fixes, motions, operations, page, session, tiles};
 use axum::Router;
 use axum::body::Bytes;
-use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::extract::{DefaultBodyLimit, Request};
 use axum::http::Method;
 use axum::http::header::{AUTHORIZATION, CONTENT_RANGE, CONTENT_TYPE, ETAG, IF_NONE_MATCH, IF_RANGE, LOCATION, RANGE};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -100,14 +100,6 @@ fn other_origins(access: &Access) -> CorsLayer {
         .expose_headers([CONTENT_RANGE, ETAG, LOCATION, tiles::CONTRACT_HEADER])
 }
 
-/// Refuses every request once the file is no longer the store that was opened: layers and indexes are read only once, and an answer
-/// that mixes two stores would be wrong.
-async fn same_store(State(state): State<ServiceState>, request: Request, next: Next) -> Result<Response, ServerError> {
-    let store = state.store.clone();
-    state.work.run(WorkClass::Short, move || store.check_unchanged()).await??;
-    Ok(next.run(request).await)
-}
-
 /// Turns plain-text errors of layers and extractors into problem documents.
 async fn problems_only(request: Request, next: Next) -> Response {
     let response = next.run(request).await;
@@ -124,8 +116,10 @@ async fn problems_only(request: Request, next: Next) -> Response {
 mod tests {
     use super::super::limits::Limits;
     use super::super::service::Service;
+    use super::super::work::WorkClass;
     use super::*;
     use axum::body::{Body, to_bytes};
+    use axum::extract::State;
     use axum::routing::get;
     use overfly_core::feature::keypoint::CONTRACT;
     use overfly_core::pixels::{Colour, Mask, MaskedColour};
@@ -149,7 +143,7 @@ mod tests {
     }
 
     async fn in_work(State(state): State<ServiceState>, load: WorkClass) -> Result<String, ServerError> {
-        let store = state.store.clone();
+        let store = state.store.reader.clone();
         state.work.run(load, move || -> String { panic!("poisoned, with {} layers", store.layers().len()) }).await
     }
 

@@ -6,11 +6,11 @@ use super::error::ServerError;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::public_address::PublicAddress;
-use super::state::ServiceState;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
+use axum::extract::Path;
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
@@ -54,14 +54,14 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
     )
 )]
 pub(super) async fn image(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     path: TilePath,
     headers: HeaderMap,
     _: NoQuery,
 ) -> Result<Response, ServerError> {
     let (layer, tile) = name(path)?;
     let (z, x, y) = (tile.zoom(), tile.column(), tile.row());
-    let store = state.store.clone();
+    let store = state.store.reader.clone();
     let found = state
         .work
         .run(WorkClass::Query, move || {
@@ -94,14 +94,14 @@ pub(super) async fn image(
     )
 )]
 pub(super) async fn descriptors(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     path: TilePath,
     headers: HeaderMap,
     _: NoQuery,
 ) -> Result<Response, ServerError> {
     let (layer, tile) = name(path)?;
     let (z, x, y) = (tile.zoom(), tile.column(), tile.row());
-    let store = state.store.clone();
+    let store = state.store.reader.clone();
     let blob = state
         .work
         .run(WorkClass::Query, move || -> Result<Vec<u8>, ServerError> {
@@ -116,7 +116,7 @@ pub(super) async fn descriptors(
         })
         .await??;
     let tag = etag(&blake3::hash(&blob).to_hex());
-    let contract = state.store.descriptor_contract().to_owned();
+    let contract = state.store.reader.descriptor_contract().to_owned();
     let kept = [(ETAG, tag.clone()), (CACHE_CONTROL, CACHE.into()), (CONTRACT_HEADER, contract)];
     if unchanged(&headers, &tag) {
         return Ok((StatusCode::NOT_MODIFIED, kept).into_response());
@@ -134,12 +134,12 @@ pub(super) async fn descriptors(
     )
 )]
 pub(super) async fn tilejson(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     path: Result<Path<String>, PathRejection>,
     headers: HeaderMap,
     _: NoQuery,
 ) -> Result<Json<TileJson>, ServerError> {
     let Path(layer) = path.map_err(|e| ServerError::Path(e.body_text()))?;
     let origin = PublicAddress::from_headers(&headers).origin();
-    Ok(Json(TileJson::new(state.store.layer(&layer)?, &origin)))
+    Ok(Json(TileJson::new(state.store.reader.layer(&layer)?, &origin)))
 }

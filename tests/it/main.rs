@@ -34,6 +34,7 @@ mod patch;
 mod pictures;
 mod plan;
 mod reference;
+mod reopen;
 mod replay;
 mod sequences;
 mod signature;
