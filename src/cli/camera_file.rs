@@ -2,6 +2,7 @@
 
 use crate::cli::failure::Failure;
 use overfly_core::camera::CameraFile;
+use overfly_store::read_small_text;
 use std::path::Path;
 
 /// Reads the camera that a `camera.toml` describes.
@@ -10,8 +11,8 @@ use std::path::Path;
 /// If the file cannot be read, a key is missing or of the wrong kind, or the values do not describe a camera.
 pub fn read_camera(path: &Path) -> Result<CameraFile, Failure> {
     let file = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|cause| Failure::unusable("unreadable", anyhow::anyhow!("{file}: {cause}")))?;
+    let text =
+        read_small_text(path).map_err(|cause| Failure::unusable("unreadable", anyhow::anyhow!("{file}: {cause}")))?;
     let refuse = |reason: String| {
         Failure::unusable("not_a_camera", anyhow::anyhow!("{file} does not describe a camera: {reason}"))
     };

@@ -40,5 +40,6 @@ mod sequences;
 mod signature;
 mod simulation;
 mod sources;
+mod special_files;
 mod store;
 mod walk;

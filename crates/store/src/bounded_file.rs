@@ -12,11 +12,9 @@ const SMALL_BYTES: u64 = 1 << 20;
 /// # Errors
 /// Where the path is not a regular file, the file is larger, or cannot be read.
 pub fn read_bounded(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
-    // Opening a pipe would wait for its writer.
-    require_regular(&std::fs::metadata(path)?)?;
+    require_regular(path)?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
-    require_regular(&metadata)?;
     let too_large = |bytes: u64| Error::other(format!("{bytes} bytes, at most {most_bytes} are read"));
     if metadata.len() > most_bytes {
         return Err(too_large(metadata.len()));
@@ -43,8 +41,12 @@ pub fn read_small_text(path: &Path) -> Result<String> {
     read_bounded_text(path, SMALL_BYTES)
 }
 
-fn require_regular(metadata: &std::fs::Metadata) -> Result<()> {
-    if metadata.is_file() { Ok(()) } else { Err(Error::other("it is not a regular file")) }
+/// Checks that a path leads to a regular file. A device may have no end, and opening a pipe waits for its writer.
+///
+/// # Errors
+/// Where it leads to something else, or to nothing.
+pub fn require_regular(path: &Path) -> Result<()> {
+    if std::fs::metadata(path)?.is_file() { Ok(()) } else { Err(Error::other("it is not a regular file")) }
 }
 
 #[cfg(test)]
