@@ -85,7 +85,7 @@ impl ServerError {
             Self::Form(error) => match error {
                 FormError::NotMultipart { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
                 FormError::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
-                FormError::TooSlow { .. } => StatusCode::REQUEST_TIMEOUT,
+                FormError::TooSlow { .. } | FormError::Stalled { .. } => StatusCode::REQUEST_TIMEOUT,
                 FormError::Broken { .. }
                 | FormError::Missing { .. }
                 | FormError::Repeated { .. }

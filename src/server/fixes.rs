@@ -8,9 +8,7 @@ use super::problem::Problem;
 use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
-use axum::extract::Multipart;
-use axum::extract::multipart::MultipartRejection;
-use axum::http::HeaderMap;
+use axum::extract::Request;
 use overfly_flight::locate::{FixParameters, candidates::default_layer, locate_cancellable};
 use std::time::Instant;
 
@@ -37,13 +35,8 @@ pub(super) struct FixForm {
         (status = "5XX", description = "The service failed or is busy", body = Problem, content_type = "application/problem+json"),
     )
 )]
-pub(super) async fn post(
-    Served(state): Served,
-    _: NoQuery,
-    headers: HeaderMap,
-    multipart: Result<Multipart, MultipartRejection>,
-) -> Result<Json<AnswerJson>, ServerError> {
-    let mut form = Form::read(&state, &headers, multipart, &["image", "request"]).await?;
+pub(super) async fn post(Served(state): Served, _: NoQuery, request: Request) -> Result<Json<AnswerJson>, ServerError> {
+    let mut form = Form::read(&state, request, &["image", "request"]).await?;
     let parameters: FixParametersJson = form.json("request")?;
     let bytes = form.take("image")?;
     let work = state.work.clone();

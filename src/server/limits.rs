@@ -15,6 +15,10 @@ pub struct Limits {
     pub body_bytes: usize,
     /// Longest wait for a request's body.
     pub body_time: Duration,
+    /// In each such window of time, at least `body_window_bytes` of a request's body must arrive, or its end.
+    pub body_window: Duration,
+    /// See `body_window`, bytes.
+    pub body_window_bytes: usize,
     /// Longest wait for an answer.
     pub answer_time: Duration,
     /// Longest edge of an uploaded image, pixels.
@@ -93,6 +97,8 @@ impl Default for Limits {
         Self {
             body_bytes: 48 << 20,
             body_time: Duration::from_secs(30),
+            body_window: Duration::from_secs(5),
+            body_window_bytes: 40 << 10,
             answer_time: Duration::from_secs(60),
             image_edge_px: 20_000,
             image_px: 64_000_000,

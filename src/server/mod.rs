@@ -46,6 +46,7 @@ mod health;
 mod json_body;
 mod limits;
 mod listen;
+mod metered_body;
 mod metrics;
 mod motions;
 mod no_query;

@@ -8,9 +8,7 @@ use super::problem::Problem;
 use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
-use axum::extract::Multipart;
-use axum::extract::multipart::MultipartRejection;
-use axum::http::HeaderMap;
+use axum::extract::Request;
 use overfly_core::camera::{Camera, View};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{MotionPrior, register};
@@ -44,10 +42,9 @@ pub(super) struct MotionForm {
 pub(super) async fn post(
     Served(state): Served,
     _: NoQuery,
-    headers: HeaderMap,
-    multipart: Result<Multipart, MultipartRejection>,
+    request: Request,
 ) -> Result<Json<MotionReply>, ServerError> {
-    let mut form = Form::read(&state, &headers, multipart, &["image_a", "image_b", "request"]).await?;
+    let mut form = Form::read(&state, request, &["image_a", "image_b", "request"]).await?;
     let parameters: MotionParameters = form.json("request")?;
     let view = parameters.view().view()?;
     let (bytes_a, bytes_b) = (form.take("image_a")?, form.take("image_b")?);
