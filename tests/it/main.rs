@@ -17,6 +17,7 @@ mod fly;
 mod fuzz;
 mod gdal;
 mod hostile_frames;
+mod hostile_memory;
 mod hostile_orthophotos;
 mod http;
 mod http_exports;
