@@ -7,12 +7,41 @@ const $ = (id) => document.getElementById(id);
 const viewer = new Viewer($("map"), $("canvas"));
 const state = { layers: [], coverage: [], position: null, candidates: null, highlighted: null, fix: null };
 
-async function ask(path, options) {
-  let reply;
+async function send(path, options) {
   try {
-    reply = await fetch(path, options);
+    return await fetch(path, options);
   } catch {
     throw { detail: "the service does not answer; is it still running?" };
+  }
+}
+
+// All requests that need the token wait for one dialog. The service exchanges the token for a cookie; the page does not keep it.
+let entering = null;
+
+function enter() {
+  entering ??= new Promise((entered) => {
+    const form = $("entry").querySelector("form");
+    form.onsubmit = async (e) => {
+      e.preventDefault();
+      const headers = { authorization: `Bearer ${form.elements.token.value.trim()}` };
+      const reply = await send("/v1/session", { method: "POST", headers }).catch((problem) => problem);
+      $("refused").textContent = reply.ok ? "" : reply.detail || "That is not the token.";
+      if (!reply.ok) return;
+      form.reset();
+      $("entry").close();
+      entered();
+    };
+    $("entry").oncancel = (e) => e.preventDefault();
+    $("entry").showModal();
+  }).finally(() => { entering = null; });
+  return entering;
+}
+
+async function ask(path, options) {
+  let reply = await send(path, options);
+  while (reply.status === 401) {
+    await enter();
+    reply = await send(path, options);
   }
   const body = await reply.json();
   if (!reply.ok) throw body;

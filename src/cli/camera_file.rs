@@ -2,6 +2,7 @@
 
 use crate::cli::failure::Failure;
 use overfly_core::camera::CameraFile;
+use overfly_store::read_small_text;
 use std::path::Path;
 
 /// Reads the camera that a `camera.toml` describes.
@@ -14,7 +15,7 @@ pub fn read_camera(path: &Path) -> Result<CameraFile, Failure> {
         let error = anyhow::anyhow!("{file} does not describe a camera: {reason}");
         Failure::unusable("not_a_camera", error).with_remedy(Some("`overfly fix --help` describes camera.toml"))
     };
-    let text = std::fs::read_to_string(path).map_err(|cause| match cause.kind() {
+    let text = read_small_text(path).map_err(|cause| match cause.kind() {
         std::io::ErrorKind::InvalidData => refuse("it is not text".into()),
         _ => Failure::unusable("unreadable", anyhow::anyhow!("{file}: {cause}")).with_remedy(Some("check the name")),
     })?;

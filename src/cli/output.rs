@@ -2,6 +2,7 @@
 
 use crate::cli::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use overfly_store::write_output;
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -35,7 +36,7 @@ impl Output {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-        std::fs::write(path, bytes)
+        write_output(path, bytes)
             .map_err(|e| Failure::failed("unwritable", anyhow::anyhow!("cannot write {}: {e}", path.display())))?;
         self.note(&format!("wrote {}", path.display()));
         Ok(())

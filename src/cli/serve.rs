@@ -1,6 +1,10 @@
 //! `overfly serve`: the HTTP service.
 
+mod access;
 mod allocator;
+#[cfg(feature = "preflight")]
+mod exports;
+mod opening;
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -8,9 +12,10 @@ use crate::cli::output::Output;
 use crate::cli::stop_signal::stop_signal;
 use crate::cli::today::today;
 use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
+use access::AccessArgs;
 use anyhow::Context;
-use overfly_store::Reader;
-use overfly_store::package::{PublicKey, StalePolicy, open_onboard, require_serial};
+use opening::Opening;
+use overfly_store::package::{PublicKey, StalePolicy};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -21,12 +26,13 @@ level on standard error (error, warn, info, debug; info by default).
 Examples:
   overfly serve --db map.gpkg
   overfly serve --db map.gpkg --onboard --listen unix:/run/overfly.sock
+  overfly serve --db map.gpkg --listen 0.0.0.0:8787 --token-file token
   overfly serve --db flight.gpkg --onboard --require-signature ground.key.pub --stale-after-days 730=warn
 
 With --onboard, the seal, manifest and signature of an exported store and all its footprints are verified before the service starts,
 and a store past its last day is refused. Each tile's hash is verified when the tile is read; a damaged tile is neither served nor
-matched, and /healthz reports it. The age of the imagery is checked only at the start, so nothing disappears in flight. The service
-notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
+matched, and /healthz reports it. A Unix socket is open to its owner only. TLS is the work of a reverse proxy: docs/onboard.md. The age of the imagery is checked only at the start, so nothing disappears in flight. A store
+that is replaced (by a rename) or built anew is checked in the same way and then served. The service notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -59,6 +65,11 @@ pub struct Args {
     /// the largest frame has about SIZE / 23 pixels.
     #[arg(long, value_name = "SIZE", value_parser = crate::cli::number::memory_bytes)]
     memory: Option<u64>,
+    #[command(flatten)]
+    access: AccessArgs,
+    #[cfg(feature = "preflight")]
+    #[command(flatten)]
+    exports: exports::ExportArgs,
 }
 
 /// Serves until SIGTERM or ctrl-c.
@@ -71,26 +82,31 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         allocator::limit_heaps();
     }
     let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
+    let access = args.access.access(&listen)?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;
     log();
     log_panics();
     let limits = limits(args);
-    let (service, store, warnings) = if args.onboard {
-        let opened = open_onboard(&args.db, key.as_ref(), &args.stale_after_days, today()).map_err(Failure::of_crew)?;
-        let least = args.least_serial.filter(|_| !args.allow_older);
-        require_serial(&args.db, opened.manifest.as_ref(), least).map_err(Failure::of_crew)?;
-        let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
-        warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
-        (Service::Onboard, opened.store.with_cache_limits(limits.keep).map_err(Failure::of_crew)?, warnings)
-    } else {
-        (Service::Preflight, Reader::open_proved(&args.db)?, Vec::new())
+    let opening = Opening {
+        db: args.db.clone(),
+        is_onboard: args.onboard,
+        key,
+        policies: args.stale_after_days.clone(),
+        least_serial: args.least_serial.filter(|_| !args.allow_older),
+        today: today(),
+        keep: limits.keep,
     };
+    let (store, warnings) = opening.open()?;
+    let service = if args.onboard { Service::Onboard } else { Service::Preflight };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .context("cannot start the threads of the service")
         .map_err(|e| Failure::failed("threads", e))?;
-    let state = ServiceState::new(store, service, limits).with_warnings(warnings);
+    let state = ServiceState::new(store, service, limits)
+        .with_warnings(warnings)
+        .with_access(access)
+        .with_reopening(move || opening.reopen());
     let outcome = runtime.block_on(async {
         let stop = stop_signal().map_err(|e| Failure::failed("signals", e))?;
         let started = |at: &Listen| {
@@ -107,11 +123,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     outcome.map(|()| Exit::Done)
 }
 
-/// The limits that --memory sets: onboard for the whole service, on the ground for its indexes.
+/// The limits of the service: --memory sets them onboard for the whole service, on the ground for its indexes.
 fn limits(args: &Args) -> Limits {
     match args.memory {
         bytes if args.onboard => Limits::within(bytes.unwrap_or(512_000_000)),
-        bytes => Limits { index_bytes: bytes.unwrap_or(256_000_000), ..Limits::default() },
+        bytes => Limits {
+            index_bytes: bytes.unwrap_or(256_000_000),
+            #[cfg(feature = "preflight")]
+            exports: args.exports.limits(),
+            ..Limits::default()
+        },
     }
 }
 

@@ -1,9 +1,10 @@
-//! Bodies of requests: their memory is reserved before it is taken, and they arrive in time.
+//! Bodies of requests: their memory is reserved as it is taken, and they arrive in time.
 
 use super::error::ServerError;
 use super::form_error::FormError;
+use super::metered_body::Meter;
 use super::state::ServiceState;
-use super::work::Upload;
+use axum::body::Body;
 use axum::http::HeaderMap;
 use axum::http::header::CONTENT_LENGTH;
 use std::future::Future;
@@ -13,12 +14,18 @@ pub(super) fn stated_bytes(headers: &HeaderMap) -> Option<usize> {
     headers.get(CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
 }
 
-/// Reserves memory for a body of at most `most_bytes`.
+/// Begins to count a body of at most `most_bytes`. Returns the body to read in its place.
 ///
 /// # Errors
 /// [`ServerError::Busy`].
-pub(super) fn reserve(state: &ServiceState, headers: &HeaderMap, most_bytes: usize) -> Result<Upload, ServerError> {
-    state.work.upload(stated_bytes(headers).unwrap_or(most_bytes).min(most_bytes))
+pub(super) fn metered(
+    state: &ServiceState,
+    headers: &HeaderMap,
+    most_bytes: usize,
+    body: Body,
+) -> Result<(Body, Meter), ServerError> {
+    let bytes = stated_bytes(headers).unwrap_or(most_bytes).min(most_bytes);
+    Meter::begin(&state.work, &state.limits, bytes, body)
 }
 
 /// Waits for a body as long as the limits allow.

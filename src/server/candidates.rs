@@ -4,10 +4,10 @@ use super::dto::CandidatesJson;
 use super::error::ServerError;
 use super::problem::Problem;
 use super::query::{Query, QueryError};
-use super::state::ServiceState;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
-use axum::extract::{RawQuery, State};
+use axum::extract::RawQuery;
 use overfly_flight::locate::candidates::CandidateParameters;
 
 /// The parameters of this path.
@@ -68,12 +68,9 @@ pub(super) const PARAMETERS: &[&str] = &[
         (status = "4XX", description = "A parameter is unknown, missing, repeated, not finite or out of range", body = Problem, content_type = "application/problem+json"),
     )
 )]
-pub(super) async fn get(
-    State(state): State<ServiceState>,
-    RawQuery(raw): RawQuery,
-) -> Result<Json<CandidatesJson>, ServerError> {
+pub(super) async fn get(Served(state): Served, RawQuery(raw): RawQuery) -> Result<Json<CandidatesJson>, ServerError> {
     let query = parameters(&Query::read(raw.as_deref(), PARAMETERS)?)?.query()?;
-    let (store, residents) = (state.store.clone(), state.residents.clone());
+    let (store, residents) = (state.store.reader.clone(), state.store.residents.clone());
     let found = state.work.run(WorkClass::Short, move || residents.candidates(&store, &query)).await??;
     Ok(Json(found.into()))
 }

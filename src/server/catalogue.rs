@@ -6,11 +6,11 @@ use super::health::Health;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::query::Query;
+use super::served::Served;
 use super::service::Service;
-use super::state::ServiceState;
 use super::work::WorkClass;
 use axum::Json;
-use axum::extract::{RawQuery, State};
+use axum::extract::RawQuery;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use overfly_flight::locate::coverage::coverage;
@@ -42,8 +42,8 @@ pub(super) struct StoreReply {
 
 /// The store and what it holds.
 #[utoipa::path(get, path = "/v1/store", tag = "store", responses((status = 200, description = "The store", body = StoreReply)))]
-pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json<StoreReply> {
-    let store = &state.store;
+pub(super) async fn store(Served(state): Served, _: NoQuery) -> Json<StoreReply> {
+    let store = &state.store.reader;
     Json(StoreReply {
         digest: store.digest().to_owned(),
         descriptor_contract: store.descriptor_contract().to_owned(),
@@ -59,8 +59,8 @@ pub(super) async fn store(State(state): State<ServiceState>, _: NoQuery) -> Json
 
 /// The layers, by name.
 #[utoipa::path(get, path = "/v1/layers", tag = "store", responses((status = 200, description = "The layers", body = Vec<LayerJson>)))]
-pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Json<Vec<LayerJson>> {
-    Json(state.store.layers().iter().map(LayerJson::from).collect())
+pub(super) async fn layers(Served(state): Served, _: NoQuery) -> Json<Vec<LayerJson>> {
+    Json(state.store.reader.layers().iter().map(LayerJson::from).collect())
 }
 
 /// Where each layer has imagery, as GeoJSON: one feature per layer, with its tiles joined to rectangles.
@@ -73,11 +73,11 @@ pub(super) async fn layers(State(state): State<ServiceState>, _: NoQuery) -> Jso
     )
 )]
 pub(super) async fn coverage_get(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     RawQuery(raw): RawQuery,
 ) -> Result<impl IntoResponse, ServerError> {
     let layer = Query::read(raw.as_deref(), &["layer"])?.text("layer")?;
-    let store = state.store.clone();
+    let store = state.store.reader.clone();
     let collection = state.work.run(WorkClass::Query, move || coverage(&store, layer.as_deref())).await??;
     Ok(([(CONTENT_TYPE, "application/geo+json")], Json(CoverageJson::from(collection))))
 }

@@ -3,6 +3,8 @@
 use super::export_failure::ExportFailure;
 use super::form_error::FormError;
 use super::query::QueryError;
+use super::refusal::Refusal;
+use super::store_refusal::StoreRefusal;
 use axum::http::StatusCode;
 use overfly_core::tile::TileError;
 use overfly_flight::frame::FrameError;
@@ -23,6 +25,8 @@ pub(super) enum ServerError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Form(#[from] FormError),
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     #[error("{error}")]
     Frame { part: &'static str, error: FrameError },
     #[error("{name}: {reason}")]
@@ -41,6 +45,8 @@ pub(super) enum ServerError {
     NoRoute,
     #[error("this path does not take this method; /openapi.json lists its methods")]
     Method,
+    #[error("the file of the store was replaced or removed, and what is there now is refused ({code}): {reason}; it is tried again soon", code = .0.code, reason = .0.reason)]
+    Replaced(StoreRefusal),
     #[error("not ready: {reason}")]
     NotReady { code: &'static str, reason: String },
     #[error("too many uploads are in progress: try again")]
@@ -49,6 +55,8 @@ pub(super) enum ServerError {
     Crowded,
     #[error("another export is being written: try again when it is finished")]
     Exporting,
+    #[error("the export is being written: delete it when it has ended")]
+    ExportUnderWay,
     #[error("no such export; POST /v1/exports begins one")]
     NoExport,
     #[error("{}", .0.detail)]
@@ -77,12 +85,16 @@ impl ServerError {
             Self::Form(error) => match error {
                 FormError::NotMultipart { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
                 FormError::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
-                FormError::TooSlow { .. } => StatusCode::REQUEST_TIMEOUT,
+                FormError::TooSlow { .. } | FormError::Stalled { .. } => StatusCode::REQUEST_TIMEOUT,
                 FormError::Broken { .. }
                 | FormError::Missing { .. }
                 | FormError::Repeated { .. }
                 | FormError::Unknown { .. }
                 | FormError::NotJson { .. } => StatusCode::BAD_REQUEST,
+            },
+            Self::Refused(refusal) => match refusal {
+                Refusal::Host { .. } | Refusal::Origin { .. } => StatusCode::FORBIDDEN,
+                Refusal::Token => StatusCode::UNAUTHORIZED,
             },
             Self::Frame { error, .. } => match error {
                 FrameError::NotAnImage { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
@@ -95,10 +107,14 @@ impl ServerError {
             }
             Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
             Self::Export(failure) => failure.status,
+            Self::ExportUnderWay => StatusCode::CONFLICT,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Busy | Self::Crowded | Self::Exporting | Self::TimeLimit { .. } | Self::NotReady { .. } => {
-                StatusCode::SERVICE_UNAVAILABLE
-            }
+            Self::Busy
+            | Self::Crowded
+            | Self::Exporting
+            | Self::TimeLimit { .. }
+            | Self::NotReady { .. }
+            | Self::Replaced(_) => StatusCode::SERVICE_UNAVAILABLE,
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
         }
     }
@@ -114,6 +130,7 @@ impl ServerError {
             Self::Locate(error) => error.code(),
             Self::Store(error) => error.code(),
             Self::Form(error) => error.code(),
+            Self::Refused(refusal) => refusal.code(),
             Self::Frame { error, .. } => error.code(),
             Self::Parameter { .. } => "parameter_out_of_range",
             Self::TileName(_) | Self::TileIndex { .. } => "tile_name",
@@ -125,7 +142,9 @@ impl ServerError {
             Self::Busy | Self::Crowded | Self::Exporting => "busy",
             Self::NoExport => "no_such_export",
             Self::Export(failure) => failure.code,
+            Self::ExportUnderWay => "export_under_way",
             Self::NotReady { code, .. } => code,
+            Self::Replaced(_) => "store_changed",
             Self::TimeLimit { .. } => "time_limit",
             Self::Panicked => "internal",
         }

@@ -3,7 +3,8 @@
 use super::detail::detail;
 use super::error::ServerError;
 use super::problem::{Panicked, Problem};
-use axum::http::StatusCode;
+use axum::http::header::WWW_AUTHENTICATE;
+use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 
 impl IntoResponse for ServerError {
@@ -19,6 +20,10 @@ impl IntoResponse for ServerError {
             }
             return response;
         }
-        Problem::new(status, self.code(), detail(&self), self.parameter()).into_response()
+        let mut response = Problem::new(status, self.code(), detail(&self), self.parameter()).into_response();
+        if status == StatusCode::UNAUTHORIZED {
+            response.headers_mut().insert(WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+        }
+        response
     }
 }

@@ -1,28 +1,28 @@
 //! `ExportJobs`: running and finished exports, each a file in a temporary folder that is removed with the service.
 
-use super::dto::ExportProgress;
+use super::dto::{ExportEntry, ExportProgress};
 use super::error::ServerError;
 use super::export_failure::ExportFailure;
+use super::export_folder::ExportFolder;
+use super::export_job::Job;
+use super::export_limits::ExportLimits;
 use axum::http::StatusCode;
 use overfly_core::geodesy::Geodetic;
-use overfly_ingest::Remedy;
-use overfly_ingest::export::ExportError;
-use overfly_ingest::export::{ExportRequest, Exported, export};
+use overfly_ingest::export::ExportRequest;
 use overfly_store::{Reader, StoreError};
 use parking_lot::Mutex;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
-use tempfile::TempDir;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
 
-/// Most files that are kept; the one begun first is removed first.
-const KEPT: usize = 16;
+/// How often exports that are too old are looked for.
+const TIDY: Duration = Duration::from_secs(60);
 
 /// The exports of one store, in the order in which they were begun.
 #[derive(Debug)]
 pub(super) struct ExportJobs {
-    folder: TempDir,
+    folder: ExportFolder,
+    limits: ExportLimits,
     jobs: Mutex<Vec<Arc<Job>>>,
 }
 
@@ -33,52 +33,60 @@ pub(super) enum ExportJob {
     Done { path: PathBuf, file_digest: String },
 }
 
-#[derive(Debug)]
-struct Job {
-    id: String,
-    path: PathBuf,
-    done: AtomicU64,
-    total: AtomicU64,
-    outcome: OnceLock<Result<Exported, ExportFailure>>,
-}
-
 impl ExportJobs {
-    /// Makes a new folder for exports among the system's temporary files.
+    /// Makes a new folder for exports among the system's temporary files, and removes what killed services left there. Exports that
+    /// become too old are removed until the jobs are dropped.
     ///
     /// # Errors
     /// If the folder cannot be made.
-    pub(super) fn new() -> std::io::Result<Self> {
-        let folder = tempfile::Builder::new().prefix("overfly-exports-").tempdir()?;
-        Ok(Self { folder, jobs: Mutex::default() })
+    pub(super) fn new(limits: ExportLimits) -> std::io::Result<Arc<Self>> {
+        let folder = ExportFolder::within(&std::env::temp_dir())?;
+        let jobs = Arc::new(Self { folder, limits, jobs: Mutex::default() });
+        let weak = Arc::downgrade(&jobs);
+        std::thread::spawn(move || {
+            loop {
+                std::thread::sleep(TIDY);
+                match weak.upgrade() {
+                    Some(jobs) => jobs.remove_old(&mut jobs.jobs.lock()),
+                    None => return,
+                }
+            }
+        });
+        Ok(jobs)
     }
 
     /// Begins an export on a thread of its own, unless the same export was begun before and did not fail.
     ///
     /// # Errors
     /// [`ServerError::Exporting`] if another one is being written.
-    pub(super) fn begin(&self, store: &Arc<Reader>, request: ExportRequest) -> Result<ExportProgress, ServerError> {
+    pub(super) fn begin(
+        self: &Arc<Self>,
+        store: &Arc<Reader>,
+        request: ExportRequest,
+    ) -> Result<ExportProgress, ServerError> {
         let id = export_id(store.digest(), &request);
         let mut jobs = self.jobs.lock();
         jobs.retain(|job| job.id != id || !job.is_lost());
+        self.remove_old(&mut jobs);
         if let Some(job) = jobs.iter().find(|job| job.id == id) {
             return Ok(job.progress());
         }
-        if jobs.iter().any(|job| job.outcome.get().is_none()) {
+        if jobs.iter().any(|job| job.outcome().is_none()) {
             return Err(ServerError::Exporting);
         }
-        while jobs.len() >= KEPT {
-            // A reader that has the file open can still read it.
-            let _ = std::fs::remove_file(&jobs.remove(0).path);
+        while jobs.len() >= self.limits.count.max(1) {
+            jobs.remove(0).remove_file();
         }
-        // Something may have cleared the temporary files.
-        std::fs::create_dir_all(self.folder.path()).map_err(|e| StoreError::io(self.folder.path(), e))?;
-        let path = self.folder.path().join(format!("{id}.gpkg"));
-        let (done, total, outcome) = (AtomicU64::new(0), AtomicU64::new(0), OnceLock::new());
-        let job = Arc::new(Job { id, path, done, total, outcome });
+        let folder = self.folder.path().map_err(|e| StoreError::io(&std::env::temp_dir(), e))?;
+        let path = folder.join(format!("{id}.gpkg"));
+        let job = Arc::new(Job::new(id, path));
         jobs.push(Arc::clone(&job));
-        let (progress, store) = (job.progress(), Arc::clone(store));
+        let (progress, store, all) = (job.progress(), Arc::clone(store), Arc::downgrade(self));
         // A thread of its own: a runtime that shuts down would drop a task that has not begun, and the export would never end.
-        std::thread::spawn(move || job.run(&store, &request));
+        std::thread::spawn(move || {
+            let make_room = |bytes| all.upgrade().map_or(Ok(()), |all| all.make_room(bytes));
+            job.run(&store, &request, &make_room);
+        });
         Ok(progress)
     }
 
@@ -88,9 +96,9 @@ impl ExportJobs {
     /// [`ServerError::NoExport`], or [`ServerError::Export`] with the reason of its failure.
     pub(super) fn find(&self, id: &str) -> Result<ExportJob, ServerError> {
         let mut jobs = self.jobs.lock();
-        jobs.retain(|job| !matches!(job.outcome.get(), Some(Ok(_))) || job.path.exists());
+        self.remove_old(&mut jobs);
         let job = jobs.iter().find(|job| job.id == id).ok_or(ServerError::NoExport)?;
-        match job.outcome.get() {
+        match job.outcome() {
             None => Ok(ExportJob::UnderWay(job.progress())),
             Some(Ok(exported)) => {
                 Ok(ExportJob::Done { path: job.path.clone(), file_digest: exported.file_digest.clone() })
@@ -98,62 +106,57 @@ impl ExportJobs {
             Some(Err(refusal)) => Err(ServerError::Export(refusal.clone())),
         }
     }
-}
 
-impl Job {
-    fn run(&self, store: &Reader, request: &ExportRequest) {
-        let progress = |done, total| {
-            self.done.store(done, Ordering::Relaxed);
-            self.total.store(total, Ordering::Relaxed);
-        };
-        // A panic must not leave the job running for ever.
-        let outcome = catch_unwind(AssertUnwindSafe(|| export(store, request, &self.path, &progress)))
-            .map(|outcome| outcome.map_err(|error| export_failure(&error, [store.path(), &self.path])))
-            .unwrap_or_else(|_| Err(panicked()));
-        // Only this function sets it.
-        let _ = self.outcome.set(outcome);
+    /// All exports, the one begun first first.
+    pub(super) fn list(&self) -> Vec<ExportEntry> {
+        let mut jobs = self.jobs.lock();
+        self.remove_old(&mut jobs);
+        jobs.iter().map(|job| job.entry()).collect()
     }
 
-    /// Whether the export failed, or its file was removed.
-    fn is_lost(&self) -> bool {
-        self.outcome.get().is_some_and(|outcome| outcome.is_err() || !self.path.exists())
-    }
-
-    fn progress(&self) -> ExportProgress {
-        ExportProgress {
-            id: self.id.clone(),
-            done: self.outcome.get().is_some(),
-            tiles_done: self.done.load(Ordering::Relaxed),
-            tiles: self.total.load(Ordering::Relaxed),
+    /// Removes an export and its file.
+    ///
+    /// # Errors
+    /// [`ServerError::NoExport`]; [`ServerError::ExportUnderWay`] while it is being written.
+    pub(super) fn delete(&self, id: &str) -> Result<(), ServerError> {
+        let mut jobs = self.jobs.lock();
+        let at = jobs.iter().position(|job| job.id == id).ok_or(ServerError::NoExport)?;
+        if jobs[at].outcome().is_none() {
+            return Err(ServerError::ExportUnderWay);
         }
+        jobs.remove(at).remove_file();
+        Ok(())
     }
-}
 
-fn panicked() -> ExportFailure {
-    let error = ServerError::Panicked;
-    ExportFailure { status: error.status(), code: error.code(), detail: error.to_string() }
-}
-
-/// The failure in words that do not contain the server's own paths.
-fn export_failure(error: &ExportError, paths: [&Path; 2]) -> ExportFailure {
-    let text = with_remedy(error);
-    let named = paths.iter().find_map(|path| text.strip_prefix(&format!("{}: ", path.display())));
-    let status =
-        if error.is_unusable_input() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::INTERNAL_SERVER_ERROR };
-    if status == StatusCode::INTERNAL_SERVER_ERROR {
-        tracing::error!(code = error.code(), "export: {text}");
+    /// Removes exports that are too old, and forgets those whose files are gone.
+    fn remove_old(&self, jobs: &mut Vec<Arc<Job>>) {
+        jobs.retain(|job| {
+            let is_old = job.age().is_some_and(|age| age > self.limits.age);
+            if is_old {
+                job.remove_file();
+            }
+            let is_gone = matches!(job.outcome(), Some(Ok(_))) && !job.path.exists();
+            !(is_old || is_gone)
+        });
     }
-    ExportFailure { status, code: error.code(), detail: named.unwrap_or(&text).to_owned() }
-}
 
-/// The error's message with its remedy, as a caller of the service can follow it.
-fn with_remedy(error: &ExportError) -> String {
-    let remedy = match error.remedy() {
-        Some(Remedy::CheckRoute) => "check that it is the right route, and that its positions are longitude first",
-        Some(Remedy::ReduceExport) => "narrow the corridor, shorten the route, or name fewer layers",
-        _ => return error.to_string(),
-    };
-    format!("{error}; {remedy}")
+    /// Removes finished exports, oldest first, until `bytes` more may be held.
+    fn make_room(&self, bytes: u64) -> Result<(), ExportFailure> {
+        let most = self.limits.bytes;
+        if bytes > most {
+            let detail = format!(
+                "the export has {bytes} bytes, more than the {most} that the service keeps; narrow the corridor, shorten the \
+                 route, name fewer layers, or state `max_bytes`"
+            );
+            return Err(ExportFailure { status: StatusCode::UNPROCESSABLE_ENTITY, code: "export_too_large", detail });
+        }
+        let mut jobs = self.jobs.lock();
+        while jobs.iter().map(|job| job.bytes()).sum::<u64>() > most - bytes {
+            let Some(at) = jobs.iter().position(|job| job.bytes() > 0) else { break };
+            jobs.remove(at).remove_file();
+        }
+        Ok(())
+    }
 }
 
 /// The name of an export: equal for equal requests of the same store, however they are written.

@@ -1,25 +1,27 @@
-//! `POST /v1/exports`, `GET /v1/exports/{id}`: cuts out what one flight needs, for the aircraft's storage. On the ground only.
+//! `/v1/exports`: cuts out what one flight needs, for the aircraft's storage. On the ground only.
 
-use super::dto::{ExportParameters, ExportProgress};
+use super::dto::{ExportAnswer, ExportEntry, ExportParameters, ExportPreview, ExportProgress};
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
+use super::export_job::export_failure;
 use super::export_jobs::{ExportJob, ExportJobs};
 use super::form_error::FormError;
 use super::json_body::JsonBody;
 use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::range::RequestedRange;
+use super::served::Served;
 use super::service::Service;
 use super::state::ServiceState;
 use super::work::WorkClass;
 use axum::body::Body;
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Path, Request};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
-use overfly_ingest::export::ExportRequest;
+use overfly_ingest::export::{ExportRequest, preview};
 use overfly_ingest::plan::parse_routes;
 use overfly_store::package::parse_date;
 use std::path::Path as FilePath;
@@ -39,29 +41,29 @@ type Jobs = Extension<Option<Arc<ExportJobs>>>;
 
 /// The routes: none onboard. On the ground the exports get a temporary folder; if none can be made, the routes answer 404 and the
 /// log says why.
-pub(super) fn routes(service: Service) -> OpenApiRouter<ServiceState> {
-    match service {
+pub(super) fn routes(state: &ServiceState) -> OpenApiRouter<ServiceState> {
+    match state.service {
         Service::Onboard => OpenApiRouter::new(),
         Service::Preflight => {
-            let jobs = ExportJobs::new()
+            let jobs = ExportJobs::new(state.limits.exports)
                 .inspect_err(|e| tracing::warn!("no exports over HTTP: no temporary folder can be made: {e}"));
-            OpenApiRouter::new().routes(routes!(post)).routes(routes!(get)).layer(Extension(jobs.ok().map(Arc::new)))
+            OpenApiRouter::new().routes(routes!(post, list)).routes(routes!(get, delete)).layer(Extension(jobs.ok()))
         }
     }
 }
 
-/// Begins an export. The export is not signed; `overfly export --sign` does that on the machine that has the key.
+/// Begins an export, or answers what it would take (`dry_run`). The export is not signed; `overfly export --sign` does that on the machine that has the key.
 #[utoipa::path(
     post, path = "/v1/exports", tag = "exports", request_body = ExportParameters,
     responses(
-        (status = 200, description = "The export exists already: fetch it at its `Location`", body = ExportProgress),
+        (status = 200, description = "The export exists already: fetch it at its `Location`; or the answer to a dry run", body = ExportAnswer),
         (status = 202, description = "The export has begun or is running: ask for it at its `Location`", body = ExportProgress),
         (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
         (status = "5XX", description = "The service failed, or another export is being written", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     jobs: Jobs,
     _: NoQuery,
     headers: HeaderMap,
@@ -71,12 +73,51 @@ pub(super) async fn post(
     let parsed = state.work.run(WorkClass::Parsing, move || parse(&body.bytes)).await?;
     let (parameters, request) = parsed?;
     for name in &parameters.layers {
-        state.store.layer(name)?;
+        state.store.reader.layer(name)?;
     }
-    let progress = available(jobs)?.begin(&state.store, request)?;
+    if parameters.dry_run {
+        return Ok(Json(ExportAnswer::Preview(dry_run(&state, request).await?)).into_response());
+    }
+    let progress = available(jobs)?.begin(&state.store.reader, request)?;
     let status = if progress.done { StatusCode::OK } else { StatusCode::ACCEPTED };
     let location = format!("/v1/exports/{}", progress.id);
-    Ok((status, [(LOCATION, location)], Json(progress)).into_response())
+    Ok((status, [(LOCATION, location)], Json(ExportAnswer::Begun(progress))).into_response())
+}
+
+async fn dry_run(state: &ServiceState, request: ExportRequest) -> Result<ExportPreview, ServerError> {
+    let store = state.store.reader.clone();
+    let found = state.work.run(WorkClass::Parsing, move || {
+        preview(&store, &request).map_err(|error| ServerError::Export(export_failure(&error, [store.path(); 2])))
+    });
+    Ok(found.await??.into())
+}
+
+/// The exports that the service holds, the one begun first first. Of too many or too old ones the first are removed.
+#[utoipa::path(
+    get, path = "/v1/exports", operation_id = "exports", tag = "exports",
+    responses((status = 200, description = "The exports", body = Vec<ExportEntry>))
+)]
+pub(super) async fn list(jobs: Jobs, _: NoQuery) -> Result<Json<Vec<ExportEntry>>, ServerError> {
+    Ok(Json(available(jobs)?.list()))
+}
+
+/// Removes an export and its file. A download that has begun goes on.
+#[utoipa::path(
+    delete, path = "/v1/exports/{id}", operation_id = "delete_export", tag = "exports",
+    params(("id" = String, Path, description = "The name from the answer of `POST /v1/exports`")),
+    responses(
+        (status = 204, description = "It is removed"),
+        (status = "4XX", description = "No such export, or it is being written", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn delete(
+    jobs: Jobs,
+    id: Result<Path<String>, PathRejection>,
+    _: NoQuery,
+) -> Result<StatusCode, ServerError> {
+    let Path(id) = id.map_err(|e| ServerError::Path(e.body_text()))?;
+    available(jobs)?.delete(&id)?;
+    Ok(StatusCode::NO_CONTENT)
 }
 
 /// The file of an export, whole or in ranges; its progress while it is being written; or why it failed.

@@ -5,12 +5,10 @@ use super::error::ServerError;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::state::ServiceState;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
-use axum::extract::multipart::MultipartRejection;
-use axum::extract::{Multipart, State};
-use axum::http::HeaderMap;
+use axum::extract::Request;
 use overfly_flight::locate::{FixParameters, candidates::default_layer, locate_cancellable};
 use std::time::Instant;
 
@@ -37,26 +35,21 @@ pub(super) struct FixForm {
         (status = "5XX", description = "The service failed or is busy", body = Problem, content_type = "application/problem+json"),
     )
 )]
-pub(super) async fn post(
-    State(state): State<ServiceState>,
-    _: NoQuery,
-    headers: HeaderMap,
-    multipart: Result<Multipart, MultipartRejection>,
-) -> Result<Json<AnswerJson>, ServerError> {
-    let mut form = Form::read(&state, &headers, multipart, &["image", "request"]).await?;
+pub(super) async fn post(Served(state): Served, _: NoQuery, request: Request) -> Result<Json<AnswerJson>, ServerError> {
+    let mut form = Form::read(&state, request, &["image", "request"]).await?;
     let parameters: FixParametersJson = form.json("request")?;
     let bytes = form.take("image")?;
     let work = state.work.clone();
     let answer = work
         .run_cancellable(WorkClass::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
             let layer = match &parameters.layer {
-                Some(name) => state.store.layer(name)?,
-                None => default_layer(&state.store)?,
+                Some(name) => state.store.reader.layer(name)?,
+                None => default_layer(&state.store.reader)?,
             };
             let request = FixParameters::from(&parameters).request(&layer.name)?;
             let frame = state.limits.frame("image", &bytes)?;
             let start = Instant::now();
-            let answer = locate_cancellable(&state.store, &frame, &request, state.limits.threads, cancellation)?;
+            let answer = locate_cancellable(&state.store.reader, &frame, &request, state.limits.threads, cancellation)?;
             Ok(AnswerJson::new(answer, start.elapsed().as_micros() as f64 / 1e3))
         })
         .await??;

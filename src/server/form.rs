@@ -1,13 +1,13 @@
 //! `Form`: a multipart body with a fixed set of parts, read within limits.
 
-use super::body::{in_time, reserve};
+use super::body::{in_time, metered};
 use super::error::ServerError;
 use super::form_error::FormError;
 use super::state::ServiceState;
 use super::work::Upload;
-use axum::extract::Multipart;
-use axum::extract::multipart::{MultipartError, MultipartRejection};
-use axum::http::{HeaderMap, StatusCode};
+use axum::extract::multipart::MultipartError;
+use axum::extract::{FromRequest, Multipart, Request};
+use axum::http::StatusCode;
 use serde::de::DeserializeOwned;
 
 /// The parts of a form. Their memory is reserved until the form is dropped.
@@ -18,20 +18,22 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Reads a body with parts of the given names, each at most once; `headers` may state its length.
+    /// Reads the body of a request with parts of the given names, each at most once.
     ///
     /// # Errors
     /// [`FormError`], or [`ServerError::Busy`].
     pub(super) async fn read(
         state: &ServiceState,
-        headers: &HeaderMap,
-        multipart: Result<Multipart, MultipartRejection>,
+        request: Request,
         names: &'static [&'static str],
     ) -> Result<Self, ServerError> {
-        let multipart = multipart.map_err(|e| FormError::NotMultipart { reason: e.body_text() })?;
         let most_bytes = state.limits.body_bytes;
-        let place = reserve(state, headers, most_bytes)?;
-        let parts = in_time(state, read_parts(multipart, names, most_bytes)).await?;
+        let (head, body) = request.into_parts();
+        let (body, meter) = metered(state, &head.headers, most_bytes, body)?;
+        let multipart = Multipart::from_request(Request::from_parts(head, body), state).await;
+        let multipart = multipart.map_err(|e| FormError::NotMultipart { reason: e.body_text() })?;
+        let read = in_time(state, read_parts(multipart, names, most_bytes)).await;
+        let (parts, place) = meter.finish(read)?;
         Ok(Self { parts, _place: place })
     }
 

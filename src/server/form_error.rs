@@ -9,6 +9,8 @@ pub(super) enum FormError {
     TooLarge { limit_bytes: usize },
     #[error("the body did not arrive within {limit_s} s")]
     TooSlow { limit_s: f64 },
+    #[error("the body arrives too slowly: less than {bytes} bytes in {window_s} s")]
+    Stalled { bytes: usize, window_s: f64 },
     #[error("the body is incomplete or not well formed: {reason}")]
     Broken { reason: String },
     #[error("part {name} is missing")]
@@ -26,7 +28,7 @@ impl FormError {
         match self {
             Self::NotMultipart { .. } => "not_multipart",
             Self::TooLarge { .. } => "body_too_large",
-            Self::TooSlow { .. } => "body_too_slow",
+            Self::TooSlow { .. } | Self::Stalled { .. } => "body_too_slow",
             Self::Broken { .. } => "body_broken",
             Self::Missing { .. } => "part_missing",
             Self::Repeated { .. } => "part_repeated",
@@ -39,7 +41,11 @@ impl FormError {
         match self {
             Self::Missing { name } | Self::Repeated { name } | Self::NotJson { name, .. } => Some(name),
             Self::Unknown { name, .. } => Some(name),
-            Self::NotMultipart { .. } | Self::TooLarge { .. } | Self::TooSlow { .. } | Self::Broken { .. } => None,
+            Self::NotMultipart { .. }
+            | Self::TooLarge { .. }
+            | Self::TooSlow { .. }
+            | Self::Stalled { .. }
+            | Self::Broken { .. } => None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `JsonBody`: a JSON text, read whole.
 
-use super::body::{in_time, reserve, stated_bytes};
+use super::body::{in_time, metered, stated_bytes};
 use super::error::ServerError;
 use super::form_error::FormError;
 use super::state::ServiceState;
@@ -38,12 +38,13 @@ impl JsonBody {
         if stated_bytes(headers).is_some_and(|stated| stated > limit_bytes) {
             return Err(FormError::TooLarge { limit_bytes }.into());
         }
-        let place = reserve(state, headers, limit_bytes)?;
+        let (body, meter) = metered(state, headers, limit_bytes, body)?;
         let broken = |e: axum::Error| match e.source() {
             Some(cause) if cause.is::<LengthLimitError>() => FormError::TooLarge { limit_bytes },
             _ => FormError::Broken { reason: e.to_string() },
         };
-        let bytes = in_time(state, async { to_bytes(body, limit_bytes).await.map_err(broken) }).await?;
+        let read = in_time(state, async { to_bytes(body, limit_bytes).await.map_err(broken) }).await;
+        let (bytes, place) = meter.finish(read)?;
         Ok(Self { bytes, _place: place })
     }
 }

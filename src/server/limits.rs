@@ -1,6 +1,7 @@
 //! `Limits`: limits on the size, time, number and memory of requests.
 
 use super::error::ServerError;
+use super::export_limits::ExportLimits;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{FrameBounds, decode_frame_within};
 use overfly_flight::locate::candidates::MAX_TILES;
@@ -14,6 +15,10 @@ pub struct Limits {
     pub body_bytes: usize,
     /// Longest wait for a request's body.
     pub body_time: Duration,
+    /// In each such window of time, at least `body_window_bytes` of a request's body must arrive, or its end.
+    pub body_window: Duration,
+    /// See `body_window`, bytes.
+    pub body_window_bytes: usize,
     /// Longest wait for an answer.
     pub answer_time: Duration,
     /// Longest edge of an uploaded image, pixels.
@@ -36,6 +41,8 @@ pub struct Limits {
     pub tiles: u64,
     /// Limits of the caches of the store's reader.
     pub keep: CacheLimits,
+    /// Limits of the exports that are kept; on the ground only.
+    pub exports: ExportLimits,
 }
 
 /// Bytes per pixel of a frame while it is decoded.
@@ -90,6 +97,8 @@ impl Default for Limits {
         Self {
             body_bytes: 48 << 20,
             body_time: Duration::from_secs(30),
+            body_window: Duration::from_secs(5),
+            body_window_bytes: 40 << 10,
             answer_time: Duration::from_secs(60),
             image_edge_px: 20_000,
             image_px: 64_000_000,
@@ -101,6 +110,7 @@ impl Default for Limits {
             index_bytes: 256 << 20,
             tiles: MAX_TILES,
             keep: CacheLimits::default(),
+            exports: ExportLimits::default(),
         }
     }
 }

@@ -5,12 +5,10 @@ use super::error::ServerError;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::state::ServiceState;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
-use axum::extract::multipart::MultipartRejection;
-use axum::extract::{Multipart, State};
-use axum::http::HeaderMap;
+use axum::extract::Request;
 use overfly_core::camera::{Camera, View};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{MotionPrior, register};
@@ -42,12 +40,11 @@ pub(super) struct MotionForm {
     )
 )]
 pub(super) async fn post(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     _: NoQuery,
-    headers: HeaderMap,
-    multipart: Result<Multipart, MultipartRejection>,
+    request: Request,
 ) -> Result<Json<MotionReply>, ServerError> {
-    let mut form = Form::read(&state, &headers, multipart, &["image_a", "image_b", "request"]).await?;
+    let mut form = Form::read(&state, request, &["image_a", "image_b", "request"]).await?;
     let parameters: MotionParameters = form.json("request")?;
     let view = parameters.view().view()?;
     let (bytes_a, bytes_b) = (form.take("image_a")?, form.take("image_b")?);

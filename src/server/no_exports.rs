@@ -1,10 +1,9 @@
 //! Stands in for `exports` in a program that is built without the feature `preflight`.
 
-use super::service::Service;
 use super::state::ServiceState;
 use utoipa_axum::router::OpenApiRouter;
 
 /// No routes.
-pub(super) fn routes(_: Service) -> OpenApiRouter<ServiceState> {
+pub(super) fn routes(_: &ServiceState) -> OpenApiRouter<ServiceState> {
     OpenApiRouter::new()
 }

@@ -1,19 +1,23 @@
 //! `router`: the routes, and the layers around every handler.
 
+use super::access::Access;
 use super::error::ServerError;
+use super::guard::admit;
 use super::metrics::observe;
 use super::problem::{PROBLEM_JSON, Problem};
+use super::served::same_store;
 use super::state::ServiceState;
-use super::work::WorkClass;
-use super::{candidates, catalogue, exports, fixes, motions, operations, page, tiles};
+use super::{candidates, catalogue, exports, fixes, motions, operations, page, session, tiles};
 use axum::Router;
 use axum::body::Bytes;
-use axum::extract::{DefaultBodyLimit, Request, State};
-use axum::http::header::CONTENT_TYPE;
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::Method;
+use axum::http::header::{AUTHORIZATION, CONTENT_RANGE, CONTENT_TYPE, ETAG, IF_NONE_MATCH, IF_RANGE, LOCATION, RANGE};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::cors::CorsLayer;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -50,13 +54,18 @@ pub fn router(state: ServiceState) -> Router {
         .routes(routes!(tiles::tilejson))
         .routes(routes!(tiles::descriptors))
         .routes(routes!(operations::readyz))
-        .merge(exports::routes(state.service))
+        .merge(exports::routes(&state))
         .route_layer(from_fn_with_state(state.clone(), same_store));
     let routes = OpenApiRouter::with_openapi(Api::openapi())
         .merge(store_routes)
         .routes(routes!(operations::healthz))
         .routes(routes!(operations::metrics));
-    let (router, api) = routes.split_for_parts();
+    let is_protected = state.access.token.is_some();
+    let routes = if is_protected { routes.routes(routes!(session::post)) } else { routes };
+    let (router, mut api) = routes.split_for_parts();
+    if is_protected {
+        session::describe(&mut api);
+    }
     // Written once: a client may ask for it over and over.
     let api = Bytes::from(serde_json::to_vec(&api).expect("the description serialises"));
     let with_pages = router
@@ -68,23 +77,27 @@ pub fn router(state: ServiceState) -> Router {
     surrounded(with_pages, state)
 }
 
-/// Adds the layers around every handler: a limit on bodies, problem documents for panics and other failures, and metrics.
+/// Adds the layers around every handler: access, a limit on bodies, problem documents for panics and other failures, and metrics.
 fn surrounded(router: Router<ServiceState>, state: ServiceState) -> Router {
-    let (body_bytes, metrics) = (state.limits.body_bytes, state.metrics.clone());
-    router
+    let (body_bytes, metrics, access) = (state.limits.body_bytes, state.metrics.clone(), state.access.clone());
+    let guarded = router
         .with_state(state)
+        .layer(from_fn_with_state(access.clone(), admit))
         .layer(DefaultBodyLimit::max(body_bytes))
         .layer(CatchPanicLayer::custom(|_| ServerError::Panicked.into_response()))
-        .layer(from_fn(problems_only))
-        .layer(from_fn_with_state(metrics, observe))
+        .layer(from_fn(problems_only));
+    let shared = if access.origins.is_empty() { guarded } else { guarded.layer(other_origins(&access)) };
+    shared.layer(from_fn_with_state(metrics, observe))
 }
 
-/// Refuses every request once the file is no longer the store that was opened: layers and indexes are read only once, and an answer
-/// that mixes two stores would be wrong.
-async fn same_store(State(state): State<ServiceState>, request: Request, next: Next) -> Result<Response, ServerError> {
-    let store = state.store.clone();
-    state.work.run(WorkClass::Short, move || store.check_unchanged()).await??;
-    Ok(next.run(request).await)
+/// Lets pages of the allowed origins read answers. Preflight requests have no token: this layer answers them. Pages of other origins
+/// use the token, never the cookie.
+fn other_origins(access: &Access) -> CorsLayer {
+    CorsLayer::new()
+        .allow_origin(access.origins.clone())
+        .allow_methods([Method::GET, Method::HEAD, Method::POST, Method::DELETE])
+        .allow_headers([AUTHORIZATION, CONTENT_TYPE, IF_NONE_MATCH, IF_RANGE, RANGE])
+        .expose_headers([CONTENT_RANGE, ETAG, LOCATION, tiles::CONTRACT_HEADER])
 }
 
 /// Turns plain-text errors of layers and extractors into problem documents.
@@ -103,8 +116,10 @@ async fn problems_only(request: Request, next: Next) -> Response {
 mod tests {
     use super::super::limits::Limits;
     use super::super::service::Service;
+    use super::super::work::WorkClass;
     use super::*;
     use axum::body::{Body, to_bytes};
+    use axum::extract::State;
     use axum::routing::get;
     use overfly_core::feature::keypoint::CONTRACT;
     use overfly_core::pixels::{Colour, Mask, MaskedColour};
@@ -134,7 +149,7 @@ mod tests {
     }
 
     async fn in_work(State(state): State<ServiceState>, load: WorkClass) -> Result<String, ServerError> {
-        let store = state.store.clone();
+        let store = state.store.reader.clone();
         state.work.run(load, move || -> String { panic!("poisoned, with {} layers", store.layers().len()) }).await
     }
 

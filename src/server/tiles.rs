@@ -5,12 +5,13 @@ use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
 use super::no_query::NoQuery;
 use super::problem::Problem;
-use super::state::ServiceState;
+use super::public_address::PublicAddress;
+use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
+use axum::extract::Path;
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
 use overfly_core::tile::TileId;
@@ -18,7 +19,7 @@ use overfly_core::tile::TileId;
 /// A tile may change when the store is built again: caches must revalidate after a minute.
 const CACHE: &str = "public, max-age=60, must-revalidate";
 /// Names the format of a descriptor blob.
-const CONTRACT_HEADER: HeaderName = HeaderName::from_static("overfly-descriptor-contract");
+pub(super) const CONTRACT_HEADER: HeaderName = HeaderName::from_static("overfly-descriptor-contract");
 
 type TilePath = Result<Path<(String, String, String, String)>, PathRejection>;
 
@@ -53,14 +54,14 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
     )
 )]
 pub(super) async fn image(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     path: TilePath,
     headers: HeaderMap,
     _: NoQuery,
 ) -> Result<Response, ServerError> {
     let (layer, tile) = name(path)?;
     let (z, x, y) = (tile.zoom(), tile.column(), tile.row());
-    let store = state.store.clone();
+    let store = state.store.reader.clone();
     let found = state
         .work
         .run(WorkClass::Query, move || {
@@ -93,14 +94,14 @@ pub(super) async fn image(
     )
 )]
 pub(super) async fn descriptors(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     path: TilePath,
     headers: HeaderMap,
     _: NoQuery,
 ) -> Result<Response, ServerError> {
     let (layer, tile) = name(path)?;
     let (z, x, y) = (tile.zoom(), tile.column(), tile.row());
-    let store = state.store.clone();
+    let store = state.store.reader.clone();
     let blob = state
         .work
         .run(WorkClass::Query, move || -> Result<Vec<u8>, ServerError> {
@@ -115,7 +116,7 @@ pub(super) async fn descriptors(
         })
         .await??;
     let tag = etag(&blake3::hash(&blob).to_hex());
-    let contract = state.store.descriptor_contract().to_owned();
+    let contract = state.store.reader.descriptor_contract().to_owned();
     let kept = [(ETAG, tag.clone()), (CACHE_CONTROL, CACHE.into()), (CONTRACT_HEADER, contract)];
     if unchanged(&headers, &tag) {
         return Ok((StatusCode::NOT_MODIFIED, kept).into_response());
@@ -133,20 +134,12 @@ pub(super) async fn descriptors(
     )
 )]
 pub(super) async fn tilejson(
-    State(state): State<ServiceState>,
+    Served(state): Served,
     path: Result<Path<String>, PathRejection>,
     headers: HeaderMap,
     _: NoQuery,
 ) -> Result<Json<TileJson>, ServerError> {
     let Path(layer) = path.map_err(|e| ServerError::Path(e.body_text()))?;
-    Ok(Json(TileJson::new(state.store.layer(&layer)?, &origin(&headers))))
-}
-
-/// The address under which the caller reaches the service; empty if it is unknown, so that addresses are relative.
-fn origin(headers: &HeaderMap) -> String {
-    let plain = |c: u8| c.is_ascii_alphanumeric() || b".-:[]".contains(&c);
-    match headers.get(HOST).and_then(|host| host.to_str().ok()) {
-        Some(host) if !host.is_empty() && host.bytes().all(plain) => format!("http://{host}"),
-        _ => String::new(),
-    }
+    let origin = PublicAddress::from_headers(&headers).origin();
+    Ok(Json(TileJson::new(state.store.reader.layer(&layer)?, &origin)))
 }

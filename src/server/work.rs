@@ -15,7 +15,7 @@ pub(super) enum WorkClass {
     Short,
     /// Reads the store: takes milliseconds, rarely a second.
     Query,
-    /// Parses a large body.
+    /// Parses a large body, or selects the tiles of an export.
     #[cfg(feature = "preflight")]
     Parsing,
     /// Decodes and registers images.
@@ -109,15 +109,54 @@ impl Work {
         }
     }
 
-    /// Reserves memory for an upload of at most `bytes`.
+    /// Begins an upload of about `bytes`. Memory is reserved as they arrive, a place when all have arrived: a slow client must not
+    /// stop others.
     ///
     /// # Errors
     /// [`ServerError::Busy`] if too many uploads are in progress, or too large ones.
-    pub(super) fn upload(&self, bytes: usize) -> Result<Upload, ServerError> {
-        let busy = |_| ServerError::Busy;
-        let place = self.uploads.clone().try_acquire_owned().map_err(busy)?;
-        let room = self.uploads_room.clone().try_acquire_many_owned(kib(bytes)).map_err(busy)?;
-        Ok(Upload { _place: place, _room: room })
+    pub(super) fn begin_upload(&self, bytes: usize) -> Result<ArrivingUpload, ServerError> {
+        let has_room = self.uploads_room.available_permits() >= kib(bytes) as usize;
+        if !has_room || self.uploads.available_permits() == 0 {
+            return Err(ServerError::Busy);
+        }
+        let (places, all_room) = (self.uploads.clone(), self.uploads_room.clone());
+        Ok(ArrivingUpload { places, all_room, room: None, bytes: 0 })
+    }
+}
+
+/// Memory for an upload of which a part has arrived; released when dropped.
+#[derive(Debug)]
+pub(super) struct ArrivingUpload {
+    places: Arc<Semaphore>,
+    all_room: Arc<Semaphore>,
+    room: Option<OwnedSemaphorePermit>,
+    bytes: usize,
+}
+
+impl ArrivingUpload {
+    /// Reserves memory for further bytes.
+    ///
+    /// # Errors
+    /// [`ServerError::Busy`] if there is no more.
+    pub(super) fn grow(&mut self, bytes: usize) -> Result<(), ServerError> {
+        self.bytes += bytes;
+        let held = self.room.as_ref().map_or(0, OwnedSemaphorePermit::num_permits);
+        let more = (kib(self.bytes) as usize).saturating_sub(held);
+        let more = self.all_room.clone().try_acquire_many_owned(kib(more * 1024)).map_err(|_| ServerError::Busy)?;
+        match &mut self.room {
+            Some(room) => room.merge(more),
+            room => *room = Some(more),
+        }
+        Ok(())
+    }
+
+    /// The upload, all of which has arrived.
+    ///
+    /// # Errors
+    /// [`ServerError::Busy`] if too many others are in memory.
+    pub(super) fn finish(self) -> Result<Upload, ServerError> {
+        let place = self.places.try_acquire_owned().map_err(|_| ServerError::Busy)?;
+        Ok(Upload { _place: place, _room: self.room })
     }
 }
 
@@ -125,7 +164,7 @@ impl Work {
 #[derive(Debug)]
 pub(super) struct Upload {
     _place: OwnedSemaphorePermit,
-    _room: OwnedSemaphorePermit,
+    _room: Option<OwnedSemaphorePermit>,
 }
 
 fn kib(bytes: usize) -> u32 {
@@ -139,11 +178,29 @@ mod tests {
     #[test]
     fn uploads_are_held_within_their_bytes_and_their_number() {
         let work = Work::new(&Limits { uploads: 3, uploads_bytes: 100 << 10, ..Limits::default() });
-        let first = work.upload(60 << 10).unwrap();
-        assert!(matches!(work.upload(60 << 10), Err(ServerError::Busy)));
-        let second = work.upload(40 << 10).unwrap();
+        let upload = |bytes: usize| {
+            let mut arriving = work.begin_upload(bytes)?;
+            arriving.grow(bytes)?;
+            arriving.finish()
+        };
+        let first = upload(60 << 10).unwrap();
+        assert!(matches!(upload(60 << 10), Err(ServerError::Busy)));
+        let second = upload(40 << 10).unwrap();
         drop((first, second));
-        let few: Vec<_> = (0..3).map(|_| work.upload(10).unwrap()).collect();
-        assert!(matches!(work.upload(10), Err(ServerError::Busy)), "three are held: {}", few.len());
+        let few: Vec<_> = (0..3).map(|_| upload(10).unwrap()).collect();
+        assert!(matches!(upload(10), Err(ServerError::Busy)), "three are held: {}", few.len());
+    }
+
+    #[test]
+    fn an_upload_holds_what_has_arrived_of_it_and_no_place() {
+        let work = Work::new(&Limits { uploads: 3, uploads_bytes: 100 << 10, ..Limits::default() });
+        let mut slow: Vec<_> = (0..50).map(|_| work.begin_upload(90 << 10).unwrap()).collect();
+        slow.iter_mut().for_each(|upload| upload.grow(1024).unwrap());
+        assert!(work.begin_upload(50 << 10).is_ok() && matches!(work.begin_upload(51 << 10), Err(ServerError::Busy)));
+        slow[0].grow(20 << 10).unwrap();
+        slow[0].grow(20 << 10).unwrap();
+        assert!(matches!(slow[0].grow(20 << 10), Err(ServerError::Busy)), "41 of 51 KiB are held");
+        drop(slow);
+        assert!(work.begin_upload(100 << 10).is_ok(), "all is released");
     }
 }

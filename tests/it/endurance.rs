@@ -347,7 +347,9 @@ fn needs_namespaces_runs_from_a_read_only_mount_as_nobody_without_a_network() {
     assert!(line.starts_with("listening on unix:"), "{line:?}");
     let ask = |path: &str| {
         let mut stream = UnixStream::connect(run.join("o.sock")).unwrap();
-        let request = String::from_utf8(get(path)).unwrap().replace("host: o\r\n", "host: o\r\nconnection: close\r\n");
+        let request = String::from_utf8(get(path))
+            .unwrap()
+            .replace("host: localhost\r\n", "host: localhost\r\nconnection: close\r\n");
         stream.write_all(request.as_bytes()).unwrap();
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).unwrap();

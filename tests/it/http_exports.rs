@@ -5,10 +5,14 @@ use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::header::{CONTENT_RANGE, CONTENT_TYPE, ETAG, HeaderName, IF_NONE_MATCH, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderMap, Request, StatusCode};
-use overfly::server::{Limits, Service, ServiceState, router};
+use overfly::server::{ExportLimits, Limits, Service, ServiceState, router};
+use overfly_ingest::export::preview;
 use overfly_store::Reader;
 use overfly_testkit::drawn::drawn_store;
+use overfly_testkit::soak::client::ServedStore;
 use serde_json::{Value, json};
+use std::process::Command;
+use std::time::{Duration, Instant};
 use tower::ServiceExt;
 
 struct Reply {
@@ -28,7 +32,12 @@ impl Reply {
 }
 
 fn service(service: Service) -> Router {
-    router(ServiceState::new(Reader::open(drawn_store().path()).unwrap(), service, Limits::default()))
+    keeping(service, ExportLimits::default())
+}
+
+fn keeping(service: Service, exports: ExportLimits) -> Router {
+    let limits = Limits { exports, ..Limits::default() };
+    router(ServiceState::new(Reader::open(drawn_store().path()).unwrap(), service, limits))
 }
 
 fn send(app: &Router, request: Request<Body>) -> Reply {
@@ -162,4 +171,114 @@ fn onboard_there_is_no_such_route() {
     assert!(api["paths"].as_object().unwrap().keys().all(|path| !path.contains("export")), "{api}");
     let ground = get(&service(Service::Preflight), "/openapi.json", None).json();
     assert!(ground["paths"]["/v1/exports"]["post"].is_object());
+}
+
+fn delete(app: &Router, path: &str) -> Reply {
+    send(app, Request::delete(path).body(Body::empty()).unwrap())
+}
+
+/// Exports the surroundings of a place, and returns where the file is.
+fn exported(app: &Router, longitude_deg: f64) -> String {
+    let begun = post(app, &along([longitude_deg, 48.4961], [longitude_deg + 0.001, 48.4961], 200.0));
+    let place = begun.headers[LOCATION].to_str().unwrap().to_owned();
+    assert_eq!(fetched(app, &place).status, StatusCode::OK);
+    place
+}
+
+/// The places of all exports, the one begun first first.
+fn listed(app: &Router) -> Vec<String> {
+    let list = get(app, "/v1/exports", None).json();
+    list.as_array().unwrap().iter().map(|entry| format!("/v1/exports/{}", entry["id"].as_str().unwrap())).collect()
+}
+
+#[test]
+fn exports_are_listed_and_deleted() {
+    let app = service(Service::Preflight);
+    assert_eq!(get(&app, "/v1/exports", None).json(), json!([]));
+    let place = exported(&app, 15.6053);
+    let failed = post(&app, &along([1.0, 1.0], [1.1, 1.0], 300.0));
+    fetched(&app, failed.headers[LOCATION].to_str().unwrap());
+    let list = get(&app, "/v1/exports", None).json();
+    assert_eq!(list[0]["bytes"], get(&app, &place, None).body.len());
+    assert_eq!((&list[0]["done"], &list[0]["error"]), (&json!(true), &json!(null)), "{list}");
+    assert_eq!((&list[1]["bytes"], &list[1]["error"]), (&json!(null), &json!("no_tile_in_corridor")), "{list}");
+    assert!(list[0]["age_s"].as_f64().unwrap() >= 0.0);
+    assert_eq!(delete(&app, &place).status, StatusCode::NO_CONTENT);
+    assert_eq!(get(&app, &place, None).code(), "no_such_export");
+    assert_eq!(delete(&app, &place).code(), "no_such_export");
+    assert_eq!(listed(&app).len(), 1);
+}
+
+#[test]
+fn exports_are_bounded_in_number_bytes_and_age() {
+    let few = keeping(Service::Preflight, ExportLimits { count: 2, ..ExportLimits::default() });
+    let places = [15.6053, 15.6153, 15.6203].map(|longitude_deg| exported(&few, longitude_deg));
+    assert_eq!(listed(&few), places[1..]);
+
+    let bytes = get(&few, &places[2], None).body.len() as u64;
+    // Room for one of them and a half.
+    let small = keeping(Service::Preflight, ExportLimits { bytes: bytes * 3 / 2, ..ExportLimits::default() });
+    exported(&small, 15.6153);
+    let last = exported(&small, 15.6203);
+    assert_eq!(listed(&small), [last]);
+    let tiny = keeping(Service::Preflight, ExportLimits { bytes: 1000, ..ExportLimits::default() });
+    let begun = post(&tiny, &along([15.6053, 48.4961], [15.6120, 48.4961], 300.0));
+    let refused = fetched(&tiny, begun.headers[LOCATION].to_str().unwrap());
+    assert_eq!((refused.status.as_u16(), refused.code()), (422, "export_too_large".into()));
+
+    let brief = keeping(Service::Preflight, ExportLimits { age: Duration::from_millis(1), ..ExportLimits::default() });
+    let begun = post(&brief, &along([15.6053, 48.4961], [15.6120, 48.4961], 300.0));
+    let place = begun.headers[LOCATION].to_str().unwrap().to_owned();
+    let start = Instant::now();
+    while get(&brief, &place, None).code() != "no_such_export" {
+        assert!(start.elapsed() < Duration::from_secs(120), "the export is still kept");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_dry_run_says_what_would_be_exported_and_writes_nothing() {
+    let app = service(Service::Preflight);
+    let mut asked = along([15.6053, 48.4961], [15.6120, 48.4961], 300.0);
+    asked["dry_run"] = json!(true);
+    let reply = post(&app, &asked);
+    assert_eq!(reply.status, StatusCode::OK);
+    let would = preview(&Reader::open(drawn_store().path()).unwrap(), &drawn_request()).unwrap();
+    let (json, expected) = (reply.json(), serde_json::to_value(&would).unwrap());
+    assert_eq!(json["dry_run"], true);
+    for key in ["parts", "bytes", "coverage", "widest_m"] {
+        assert_eq!(json[key], expected[key], "{key}");
+    }
+    assert_eq!(get(&app, "/v1/exports", None).json(), json!([]));
+    let mut nowhere = along([1.0, 1.0], [1.1, 1.0], 300.0);
+    nowhere["dry_run"] = json!(true);
+    assert_eq!(post(&app, &nowhere).code(), "no_tile_in_corridor");
+}
+
+#[test]
+fn what_a_killed_service_left_is_removed_at_the_next_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let temporary = folder.path().join("tmp");
+    std::fs::create_dir(&temporary).unwrap();
+    let start = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_overfly"));
+        command
+            .arg("serve")
+            .arg("--db")
+            .arg(drawn_store().path())
+            .args(["--listen", "127.0.0.1:0"])
+            .env("TMPDIR", &temporary);
+        ServedStore::start_command(command, &folder.path().join("log")).unwrap()
+    };
+    let folders = || -> Vec<_> { std::fs::read_dir(&temporary).unwrap().map(|entry| entry.unwrap().path()).collect() };
+    let killed = start();
+    let left = folders();
+    assert_eq!(left.len(), 1);
+    std::fs::write(left[0].join("half.gpkg.overfly-new"), b"half").unwrap();
+    // Dropped, it is killed.
+    drop(killed);
+    assert_eq!(folders(), left);
+    let _service = start();
+    assert_eq!(folders().len(), 1);
+    assert!(!left[0].exists());
 }

@@ -1,5 +1,6 @@
 //! One binary, a module per promise.
 
+mod access;
 mod build;
 mod calibrate;
 mod candidates;
@@ -16,6 +17,7 @@ mod fly;
 mod fuzz;
 mod gdal;
 mod hostile_frames;
+mod hostile_memory;
 mod hostile_orthophotos;
 mod hostile_stores;
 mod http;
@@ -36,11 +38,13 @@ mod patch;
 mod pictures;
 mod plan;
 mod reference;
+mod reopen;
 mod replay;
 mod sequences;
 mod signature;
 mod simulation;
 mod sources;
+mod special_files;
 mod store;
 mod walk;
 mod warnings;

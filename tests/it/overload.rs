@@ -1,9 +1,9 @@
 //! Clients that take more than their share: connections that are held, bodies that are small or large and ask for much.
 
 use overfly_testkit::drawn::drawn_store;
-use overfly_testkit::soak::client::{HttpReply, ServedStore, get, read};
+use overfly_testkit::soak::client::{HttpReply, ServedStore, get, post, read};
 use serde_json::json;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::Command;
@@ -40,12 +40,12 @@ impl Held {
         let mut stream = service.client().connect().unwrap();
         stream.set_write_timeout(Some(Duration::from_millis(50))).unwrap();
         let begun = match self {
-            Self::Head => b"GET /healthz HTTP/1.1\r\nhost: o\r\n".to_vec(),
+            Self::Head => b"GET /healthz HTTP/1.1\r\nhost: localhost\r\n".to_vec(),
             Self::Body(path) => {
                 let kind =
                     if path.ends_with("exports") { "application/json" } else { "multipart/form-data; boundary=b" };
                 let head = format!(
-                    "POST {path} HTTP/1.1\r\nhost: o\r\ncontent-type: {kind}\r\ncontent-length: 900000\r\n\r\n"
+                    "POST {path} HTTP/1.1\r\nhost: localhost\r\ncontent-type: {kind}\r\ncontent-length: 900000\r\n\r\n"
                 );
                 [head.as_bytes(), b"{"].concat()
             }
@@ -89,7 +89,7 @@ fn held_connections_delay_neither_health_nor_candidates() {
 /// Posts a JSON text for an export, and asks until that has ended.
 fn export_asked(service: &ServedStore, body: &str) -> HttpReply {
     let head = format!(
-        "POST /v1/exports HTTP/1.1\r\nhost: o\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n",
+        "POST /v1/exports HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n",
         body.len()
     );
     let mut reply = service.client().send(&[head.as_bytes(), body.as_bytes()].concat()).unwrap();
@@ -134,5 +134,52 @@ fn no_request_for_an_export_takes_much_more_memory_than_it_has_bytes() {
         let most_kb = service.memory_kb("VmHWM");
         assert!(most_kb < 400_000, "{name}: {most_kb} kB");
         assert_eq!(asked(&service, "/healthz").0.status, 200);
+    }
+}
+
+/// A client that sends a form byte by byte, until it is answered.
+fn dribble(mut stream: TcpStream) -> u16 {
+    let head = "POST /v1/fixes HTTP/1.1\r\nhost: localhost\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: 900000\r\n\r\n--b\r\ncontent-disposition: form-data; name=\"image\"\r\n\r\n";
+    stream.write_all(head.as_bytes()).unwrap();
+    stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
+    let mut answer = [0; 12];
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_secs(120) {
+        // The service may have answered and closed.
+        let _ = stream.write_all(b"x");
+        match stream.read(&mut answer) {
+            Ok(12) => return String::from_utf8_lossy(&answer[9..]).parse().unwrap(),
+            Ok(_) => return 0,
+            Err(_) => {}
+        }
+    }
+    panic!("a slow body is read for ever");
+}
+
+#[test]
+fn a_hundred_slow_bodies_stop_nobody_and_are_cut_off() {
+    for is_onboard in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let service = served(folder.path(), is_onboard);
+        let slow: Vec<_> = (0..100)
+            .map(|_| {
+                let stream = service.client().connect().unwrap();
+                std::thread::spawn(move || dribble(stream))
+            })
+            .collect();
+        let frame = std::fs::read(overfly_testkit::drawn::project("tiles/flight/frames/019.jpg")).unwrap();
+        let motion = post("/v1/motions", &[("image_a", &frame), ("image_b", &frame)]);
+        let start = Instant::now();
+        let mut client = service.client();
+        for _ in 0..3 {
+            let reply = client.send(&motion).unwrap();
+            assert_eq!(reply.status, 200, "{}", String::from_utf8_lossy(&reply.body));
+        }
+        let elapsed = start.elapsed();
+        let answers: Vec<u16> = slow.into_iter().map(|client| client.join().unwrap()).collect();
+        // Some clients write before they read the answer, and are told that the connection is reset.
+        assert!(answers.iter().all(|status| [0, 408].contains(status)), "{answers:?}");
+        assert!(answers.contains(&408), "{answers:?}");
+        assert!(elapsed < Duration::from_secs(60), "{elapsed:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! `FileStamp`: tells whether a file is still the one that was opened, without opening it.
 
 use super::StoreError;
+use super::bounded_file::require_regular;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
@@ -18,9 +19,13 @@ impl FileStamp {
     /// Reads the stamp of the file at `path`.
     ///
     /// # Errors
-    /// Where the file does not exist or the system fails.
+    /// Where the file does not exist, is not a regular file, or the system fails.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
         let metadata = std::fs::metadata(path).map_err(|e| StoreError::io(path, e))?;
+        if !metadata.is_dir() {
+            // SQLite says what a folder is. Opening a pipe would wait for its writer.
+            require_regular(path).map_err(|e| StoreError::io(path, e))?;
+        }
         Ok(Self {
             device: metadata.dev(),
             inode: metadata.ino(),

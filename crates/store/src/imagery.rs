@@ -10,6 +10,10 @@ use std::io::Cursor;
 /// JPEG quality of tiles whose pixels are all valid.
 pub const JPEG_QUALITY: u8 = 90;
 
+/// Most memory that decoding a tile may take: 16 bytes per pixel. A colour profile of a few hundred kilobytes can inflate to as many
+/// megabytes.
+const DECODING_BYTES: u64 = 16 * (TILE_SIZE_PX as u64) * (TILE_SIZE_PX as u64);
+
 /// The imagery of a tile as stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EncodedTile {
@@ -87,6 +91,7 @@ pub fn decode(bytes: &[u8]) -> Result<MaskedColour, String> {
     let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(TILE_SIZE_PX), Some(TILE_SIZE_PX));
+    limits.max_alloc = Some(DECODING_BYTES);
     reader.limits(limits);
     let decoded = reader.decode().map_err(|e| e.to_string())?;
     let size = TILE_SIZE_PX as usize;

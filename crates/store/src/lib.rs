@@ -4,6 +4,7 @@
 //! `migrations/README.md` documents every table and blob. All SQL of the workspace is in `migrations/` and in this crate.
 
 mod atomic_file;
+mod bounded_file;
 mod cache_limits;
 mod cells;
 mod connection;
@@ -34,6 +35,7 @@ mod layer_state;
 mod level;
 mod manifest;
 mod migration;
+mod output_file;
 pub mod package;
 mod places;
 mod reader;
@@ -51,6 +53,7 @@ mod window;
 mod writer;
 
 pub use atomic_file::{AtomicFile, FileKind, PATCH_MAGIC, file_len};
+pub use bounded_file::{read_bounded, read_bounded_text, read_small_text, require_regular};
 pub use cache_limits::CacheLimits;
 pub use connection::migrate;
 pub use connection::{APPLICATION_ID, USER_VERSION, clear_journal};
@@ -68,6 +71,7 @@ pub use layer::{Layer, check_name};
 pub use layer_state::LayerState;
 pub use level::LevelDigests;
 pub use migration::{FORMAT_VERSION, OLDEST_READABLE};
+pub use output_file::{require_output, write_output};
 pub use reader::Reader;
 pub use remedy::StoreRemedy;
 pub use size_estimate::{EMPTY_STORE_BYTES, stored_bytes};

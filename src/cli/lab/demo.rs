@@ -200,7 +200,7 @@ fn facts(store: &Reader, layer: &Layer, built: &build::BuildSummary) -> Vec<(Str
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
+    overfly_store::write_output(path, text)
         .with_context(|| format!("cannot write {}", path.display()))
         .map_err(|e| Failure::failed("unwritable", e))
 }

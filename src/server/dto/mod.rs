@@ -3,6 +3,7 @@
 mod answer;
 mod candidates;
 mod coverage;
+#[cfg(feature = "preflight")]
 mod export;
 mod fix_parameters;
 mod geometry;
@@ -14,7 +15,8 @@ mod tile_json;
 pub(crate) use answer::AnswerJson;
 pub(super) use candidates::CandidatesJson;
 pub(super) use coverage::CoverageJson;
-pub(super) use export::{ExportParameters, ExportProgress};
+#[cfg(feature = "preflight")]
+pub(super) use export::{ExportAnswer, ExportEntry, ExportParameters, ExportPreview, ExportProgress};
 pub(super) use fix_parameters::FixParametersJson;
 pub(super) use layer::LayerJson;
 pub(super) use motion::{MotionParameters, MotionReply};

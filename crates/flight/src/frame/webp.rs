@@ -20,6 +20,13 @@ pub(super) fn size_px(bytes: &[u8]) -> Result<[u32; 2], Fault> {
 /// Decodes to colours; alpha is dropped.
 pub(super) fn colour(bytes: &[u8]) -> Result<Colour, Fault> {
     let parts = image_chunks(bytes)?;
+    let size = size_px(bytes)?;
+    for (four_cc, content) in &parts {
+        // The decoder takes memory for the coded picture before it compares both sizes.
+        if *four_cc == *b"VP8 " && lossy_size_px(content).is_some_and(|coded| coded != size) {
+            return Err(Fault::damaged("the coded picture has another size than the file states"));
+        }
+    }
     let rgb = DynamicImage::from_decoder(decoder(bytes)?).map_err(fault)?.into_rgb8();
     for (four_cc, content) in parts {
         let rest = if four_cc == *b"VP8L" { LOSSLESS_REST_BYTES } else { LOSSY_REST_BYTES };
@@ -61,6 +68,13 @@ fn image_chunks(bytes: &[u8]) -> Result<Vec<Chunk<'_>>, Fault> {
         at += 8 + size + size % 2;
     }
     if found.len() == 1 { Ok(found) } else { Err(Fault::damaged("it has no image, or more than one")) }
+}
+
+/// Columns and rows of a lossy picture; `None` if it does not begin as one (RFC 6386, section 9.1).
+fn lossy_size_px(content: &[u8]) -> Option<[u32; 2]> {
+    let header = content.get(..10).filter(|header| header[3..6] == [0x9d, 0x01, 0x2a])?;
+    let size = |at: usize| u32::from(u16::from_le_bytes([header[at], header[at + 1]]) & 0x3fff);
+    Some([size(6), size(8)])
 }
 
 /// A file of one chunk.
@@ -107,6 +121,26 @@ mod tests {
             assert_eq!(decode_frame(&sound[..length], "x").unwrap_err().code(), "image_damaged", "{length}");
         }
         assert_eq!(decode_frame(&[&sound[..], &[0; 50]].concat(), "x").unwrap(), expected, "trailing bytes");
+    }
+
+    #[test]
+    fn a_small_file_with_a_huge_coded_picture_is_refused_before_it_is_decoded() {
+        let lossy = |size: u16| {
+            let [low, high] = size.to_le_bytes();
+            [&[0x10, 0, 0, 0x9d, 0x01, 0x2a, low, high, low, high][..], &[0; 400]].concat()
+        };
+        let file = |coded: Vec<u8>| {
+            // VP8X: no features, a canvas of 64 x 64 pixels.
+            let mut bytes = b"RIFF\0\0\0\0WEBPVP8X\x0a\0\0\0\0\0\0\0\x3f\0\0\x3f\0\0VP8 ".to_vec();
+            bytes.extend((coded.len() as u32).to_le_bytes());
+            bytes.extend(coded);
+            let size = bytes.len() as u32 - 8;
+            bytes[4..8].copy_from_slice(&size.to_le_bytes());
+            bytes
+        };
+        let refused = |size| decode_frame(&file(lossy(size)), "x").unwrap_err().to_string();
+        assert!(refused(16_383).contains("another size than the file states"), "{}", refused(16_383));
+        assert!(!refused(64).contains("another size"), "{}", refused(64));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Reading text files that users write: routes, aircraft, calibrations.
 
+use overfly_store::read_bounded_text;
 use std::path::Path;
 
 /// The largest file that is read, bytes.
@@ -10,13 +11,5 @@ const MAX_BYTES: u64 = 64 << 20;
 /// # Errors
 /// Where the path is not a regular file, the file is too large or not UTF-8, or cannot be read.
 pub fn read_text(path: &Path) -> std::io::Result<String> {
-    let metadata = std::fs::metadata(path)?;
-    if !metadata.is_file() {
-        // Pipes and devices may have no end.
-        return Err(std::io::Error::other("it is not a regular file"));
-    }
-    if metadata.len() > MAX_BYTES {
-        return Err(std::io::Error::other(format!("{} bytes, at most {MAX_BYTES} are read", metadata.len())));
-    }
-    std::fs::read_to_string(path)
+    read_bounded_text(path, MAX_BYTES)
 }

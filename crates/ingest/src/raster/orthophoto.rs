@@ -15,6 +15,7 @@ use image::ImageFormat;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::MaskedColour;
 use overfly_core::tile::TileId;
+use overfly_store::require_regular;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -125,6 +126,7 @@ impl OpenedFile {
     /// Opens a file by the format that its first bytes state, whatever its name.
     fn open(path: &Path, options: &OpenOptions) -> Result<Self, RasterError> {
         let mut start = Vec::new();
+        require_regular(path).map_err(|e| RasterError::io(path, e))?;
         let file = std::fs::File::open(path).map_err(|e| RasterError::io(path, e))?;
         file.take(8).read_to_end(&mut start).map_err(|e| RasterError::io(path, e))?;
         match start.as_slice() {

@@ -4,6 +4,7 @@ use super::affine::Affine;
 use super::error::RasterError;
 use super::wkt::epsg_from_wkt;
 use crate::crs::Crs;
+use overfly_store::read_bounded;
 use std::path::{Path, PathBuf};
 
 /// Larger files are neither world files nor `.prj` files.
@@ -57,7 +58,7 @@ fn read_text(path: &Path) -> Result<String, RasterError> {
         let reason = format!("it is {size} bytes long, a file of its kind a few hundred");
         return Err(RasterError::bad_georeference(path, reason, None));
     }
-    let bytes = std::fs::read(path).map_err(io)?;
+    let bytes = read_bounded(path, MAX_TEXT_BYTES).map_err(io)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 

@@ -1,6 +1,7 @@
 //! The CSV files that trials write. A row is a struct; its fields are the columns.
 
 use super::error::TrialError;
+use overfly_store::write_output;
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 
@@ -32,7 +33,7 @@ pub fn csv_text<R: Serialize + Default>(rows: impl IntoIterator<Item = R>) -> St
         let header_and_row = csv_text([R::default()]);
         return header_and_row.split_inclusive('\n').take(1).collect();
     }
-    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
     rows.for_each(|row| writer.serialize(row).expect("rows have the same cells, and memory takes them"));
     let bytes = writer.into_inner().expect("writing to memory does not fail");
     String::from_utf8(bytes).expect("cells are text")
@@ -49,7 +50,7 @@ pub fn write_csv<R: Serialize + Default>(
 ) -> Result<PathBuf, TrialError> {
     let path = folder.join(name);
     std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&path, csv_text(rows)))
+        .and_then(|()| write_output(&path, csv_text(rows)))
         .map_err(|cause| TrialError::Unwritable { path: path.clone(), cause })?;
     Ok(path)
 }

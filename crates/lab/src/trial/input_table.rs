@@ -1,11 +1,14 @@
 //! `InputTable`: a CSV file in memory. Every error names file, line and column.
 
 use super::error::TrialError;
+use overfly_store::read_bounded;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Most rows of a file.
 const MAX_ROWS: usize = 1_000_000;
+/// Greatest size of a file, bytes.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// A CSV file in memory.
 pub struct InputTable {
@@ -24,7 +27,8 @@ pub struct InputRow {
 impl InputTable {
     /// Reads a CSV file with at least the columns `needed` and one row.
     pub fn read(path: &Path, needed: &[&'static str]) -> Result<Self, TrialError> {
-        let text = std::fs::read(path).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;
+        let text =
+            read_bounded(path, MAX_BYTES).map_err(|cause| TrialError::Unreadable { path: path.into(), cause })?;
         let not_a_table = |line, reason: String| TrialError::NotATable { path: path.into(), line, reason };
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&text);
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);

@@ -134,7 +134,7 @@ impl RunningService {
         stream.set_read_timeout(Some(Duration::from_secs(60))).expect("the service answers");
         let (line, len) = (&question.line, question.body.len());
         let head = format!(
-            "{line} HTTP/1.1\r\nhost: x\r\nconnection: close\r\ncontent-type: multipart/form-data; boundary=b\r\n\
+            "{line} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-type: multipart/form-data; boundary=b\r\n\
              content-length: {len}\r\n\r\n"
         );
         stream.write_all(head.as_bytes()).expect("the service answers");

@@ -93,7 +93,7 @@ pub fn read(stream: &mut BufReader<TcpStream>) -> std::io::Result<(HttpReply, bo
 }
 
 pub fn get(path: &str) -> Vec<u8> {
-    format!("GET {path} HTTP/1.1\r\nhost: o\r\n\r\n").into_bytes()
+    format!("GET {path} HTTP/1.1\r\nhost: localhost\r\n\r\n").into_bytes()
 }
 
 /// A multipart form request from the names and bytes of its parts.
@@ -106,7 +106,7 @@ pub fn post(path: &str, parts: &[(&str, &[u8])]) -> Vec<u8> {
     }
     body.extend_from_slice(b"--b--\r\n");
     let mut request = format!(
-        "POST {path} HTTP/1.1\r\nhost: o\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: {}\r\n\r\n",
+        "POST {path} HTTP/1.1\r\nhost: localhost\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: {}\r\n\r\n",
         body.len()
     )
     .into_bytes();

@@ -6,16 +6,16 @@ use super::client::{get, post};
 pub fn malformed_requests() -> Vec<Vec<u8>> {
     let raw = |text: &str| text.as_bytes().to_vec();
     let mut requests = vec![
-        raw("GET /v1/candidates?latitude_deg=NaN HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("GET /v1/candidates HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("GET /v1/tiles/ortho/99/1/1 HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("GET /v1/tiles/none/3/1/1 HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("GET /v1/tiles/%ff/3/1/1 HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("DELETE /v1/store HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("GET /nothing HTTP/1.1\r\nhost: o\r\n\r\n"),
-        raw("POST /v1/fixes HTTP/1.1\r\nhost: o\r\ncontent-type: text/plain\r\ncontent-length: 3\r\n\r\nabc"),
+        raw("GET /v1/candidates?latitude_deg=NaN HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("GET /v1/candidates HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("GET /v1/tiles/ortho/99/1/1 HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("GET /v1/tiles/none/3/1/1 HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("GET /v1/tiles/%ff/3/1/1 HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("DELETE /v1/store HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("GET /nothing HTTP/1.1\r\nhost: localhost\r\n\r\n"),
+        raw("POST /v1/fixes HTTP/1.1\r\nhost: localhost\r\ncontent-type: text/plain\r\ncontent-length: 3\r\n\r\nabc"),
         raw(
-            "POST /v1/fixes HTTP/1.1\r\nhost: o\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: 9\r\n\r\n--b\r\nxxxx",
+            "POST /v1/fixes HTTP/1.1\r\nhost: localhost\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: 9\r\n\r\n--b\r\nxxxx",
         ),
         raw("nonsense\r\n\r\n"),
         raw("GET / HTTP/9.9\r\n\r\n"),

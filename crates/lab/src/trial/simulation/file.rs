@@ -2,12 +2,11 @@
 
 use super::scenario::Scenario;
 use crate::trial::error::TrialError;
-use std::io::Read;
+use overfly_store::read_small_text;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Greatest size of a file, bytes, and most variations in it.
-const MOST_BYTES: u64 = 1 << 20;
+/// Most variations in a file.
 const MOST_VARIATIONS: usize = 200;
 
 /// A scenario with its name.
@@ -27,12 +26,7 @@ pub struct Variation {
 pub fn read_simulation(path: &Path) -> Result<Vec<Variation>, TrialError> {
     let unreadable = |cause| TrialError::Unreadable { path: path.into(), cause };
     let refuse = |reason: String| TrialError::NotASimulation { path: path.into(), reason };
-    let mut text = String::new();
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    file.take(MOST_BYTES + 1).read_to_string(&mut text).map_err(unreadable)?;
-    if text.len() as u64 > MOST_BYTES {
-        return Err(refuse(format!("more than {MOST_BYTES} bytes")));
-    }
+    let text = read_small_text(path).map_err(unreadable)?;
     let mut variations = parse(&text).map_err(refuse)?;
     for store in variations.iter_mut().filter_map(|v| v.scenario.store.as_mut()) {
         store.path = store.path.take().map(|file| path.parent().unwrap_or(Path::new("")).join(file));

@@ -8,7 +8,7 @@ use crate::trial::mapped_ground::MappedGround;
 use overfly_core::geodesy::{LocalFrame, MercatorPoint};
 use overfly_core::tile::gsd_at;
 use overfly_ingest::build;
-use overfly_store::Reader;
+use overfly_store::{Reader, require_output, write_output};
 use std::ops::ControlFlow;
 use std::path::Path;
 use tempfile::TempDir;
@@ -76,6 +76,7 @@ fn write_source(
 ) -> Result<(), TrialError> {
     let path = folder.join("world.png");
     let image = drawn_map(map, frame, scene, look, source_gsd_m);
+    require_output(&path).map_err(|cause| unwritable(&path, cause))?;
     image.save(&path).map_err(|e| unwritable(&path, std::io::Error::other(e)))?;
     let centre = |x: f64, y: f64| {
         let point = map.geodetic_from_map([x, y]).expect("a map lies in the world");
@@ -85,7 +86,7 @@ fn write_source(
     let (across_m, down_m) = (next.x_m - first.x_m, next.y_m - first.y_m);
     let text = format!("{across_m}\n0\n0\n{down_m}\n{}\n{}\n", first.x_m, first.y_m);
     let path = folder.join("world.pgw");
-    std::fs::write(&path, text).map_err(|cause| unwritable(&path, cause))
+    write_output(&path, text).map_err(|cause| unwritable(&path, cause))
 }
 
 /// The map with the scene, gray and opacity.

@@ -1,0 +1,54 @@
+//! Opens the store that is served: at the start, and again when its file was replaced, with the same checks.
+
+use crate::cli::failure::Failure;
+use crate::server::StoreRefusal;
+use overfly_store::package::{Date, PublicKey, StalePolicy, open_onboard, require_serial};
+use overfly_store::{CacheLimits, Reader};
+use std::path::PathBuf;
+
+/// What is opened, and what is checked.
+pub struct Opening {
+    /// The store.
+    pub db: PathBuf,
+    /// Whether it is opened as on the aircraft.
+    pub is_onboard: bool,
+    /// Onboard, the key that must have signed it.
+    pub key: Option<PublicKey>,
+    /// Onboard, how old its imagery may be.
+    pub policies: Vec<StalePolicy>,
+    /// Onboard, the least serial that it may have.
+    pub least_serial: Option<u64>,
+    /// The date at the start of the service. A clock that jumps in flight changes nothing.
+    pub today: Date,
+    /// Onboard, the limits of its caches.
+    pub keep: CacheLimits,
+}
+
+impl Opening {
+    /// The store and its warnings.
+    ///
+    /// # Errors
+    /// If the store cannot be opened, or must not be served.
+    pub fn open(&self) -> Result<(Reader, Vec<String>), Failure> {
+        if !self.is_onboard {
+            return Ok((Reader::open_proved(&self.db)?, Vec::new()));
+        }
+        let opened = open_onboard(&self.db, self.key.as_ref(), &self.policies, self.today).map_err(Failure::of_crew)?;
+        require_serial(&self.db, opened.manifest.as_ref(), self.least_serial).map_err(Failure::of_crew)?;
+        let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
+        warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+        Ok((opened.store.with_cache_limits(self.keep).map_err(Failure::of_crew)?, warnings))
+    }
+
+    /// As [`Opening::open`], for the running service.
+    ///
+    /// # Errors
+    /// As [`Opening::open`], without the path.
+    pub fn reopen(&self) -> Result<(Reader, Vec<String>), StoreRefusal> {
+        self.open().map_err(|failure| {
+            let (text, path) = (failure.error.to_string(), self.db.display().to_string());
+            let reason = text.strip_prefix(&format!("{path}: ")).unwrap_or(&text).replace(&path, "the store");
+            StoreRefusal { code: failure.code, reason }
+        })
+    }
+}
