@@ -28,7 +28,7 @@ Every trial is a search that must end without a fix, or with one at the frame's 
   scaled     magnified 1.3 to 1.6 times, with the true height as prior
   foreign    frames of another place, given with --foreign-flight
 Ground that repeats itself on the map and in the frame, with other noise, brightness and defects in each (a fix within --right-m of
-the truth counts as right, any other as false):
+the truth counts as right, any other as false; a false one whose own 99.99 % ellipse holds the truth is at the right place and vague):
   repeating         one of 13 patterns over the whole map
   repeating_mixed   the same, mixed with 25 or 50 % of the real image
   repeating_block   blocks of pattern in real surroundings        repeating_inside  frames wholly within a block
@@ -161,10 +161,10 @@ fn accepted_line(outcome: &NegativeOutcome) -> Option<AcceptedLine<'_>> {
 /// The score as text.
 fn text(score: &NegativeScore) -> String {
     let mut text = format!(
-        "trials     {} ({} skipped)\naccepted   {} (false fixes)\nright      {} (fixes at the true place)\n\
+        "trials     {} ({} skipped)\naccepted   {} (false fixes), {} of them outside their own 99.99 % ellipse\nright      {} (fixes at the true place)\n\
          rate       below {:.1e} with 95 % confidence\n\n  \
          kind               area  trials  skipped  right  accepted  rate below   least log10\n",
-        score.trials, score.skipped, score.accepted, score.right, score.false_rate_upper95
+        score.trials, score.skipped, score.accepted, score.outside, score.right, score.false_rate_upper95
     );
     for k in &score.by_kind {
         let least = k.least_log10_false_alarms.map_or("-".into(), |l| format!("{l:.1}"));

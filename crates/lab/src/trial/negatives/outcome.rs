@@ -2,7 +2,7 @@
 
 use super::kind::NegativeKind;
 use super::repeating::PatternKind;
-use overfly_core::geodesy::{Geodetic, LocalFrame};
+use overfly_core::geodesy::{CHI_SQUARE_9999, Geodetic, LocalFrame};
 use overfly_flight::locate::Answer;
 
 /// One trial and its result.
@@ -61,6 +61,19 @@ impl NegativeOutcome {
     /// Whether the search accepted a false fix.
     pub fn is_accepted(&self) -> bool {
         self.is_fix() && !self.is_right()
+    }
+
+    /// Whether the accepted false fix does not say so: the true place lies outside its own 99.99 % ellipse. Where there is no true place,
+    /// none says so.
+    pub fn is_outside(&self) -> bool {
+        self.is_accepted() && !self.squared_mahalanobis().is_some_and(|square| square <= CHI_SQUARE_9999)
+    }
+
+    /// The squared Mahalanobis distance of the true place from the fix; `None` without a fix or a place.
+    pub fn squared_mahalanobis(&self) -> Option<f64> {
+        let Answer::Fix(fix) = &self.search.as_ref()?.answer else { return None };
+        let error = LocalFrame::at(self.place?.truth).enu_from_geodetic(fix.position);
+        Some(fix.covariance.squared_mahalanobis(error))
     }
 
     /// Whether the search found the frame's true place.

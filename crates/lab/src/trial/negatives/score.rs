@@ -20,6 +20,8 @@ pub struct NegativeScore {
     pub skipped: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Of the accepted: the true place outside their own 99.99 % ellipse.
+    pub outside: usize,
     /// Searches that found the frame's true place.
     pub right: usize,
     /// One-sided 95 % upper bound on the rate of false fixes among such searches.
@@ -51,6 +53,8 @@ pub struct RegionScore {
     pub skipped: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Of the accepted: the true place outside their own 99.99 % ellipse.
+    pub outside: usize,
     /// Searches that found the frame's true place.
     pub right: usize,
     /// One-sided 95 % upper bound on the rate.
@@ -72,6 +76,8 @@ pub struct KindScore {
     pub skipped: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Of the accepted: the true place outside their own 99.99 % ellipse.
+    pub outside: usize,
     /// Searches that found the frame's true place.
     pub right: usize,
     /// One-sided 95 % upper bound on the rate.
@@ -89,6 +95,8 @@ pub struct PatternScore {
     pub trials: usize,
     /// Searches that accepted a false fix.
     pub accepted: usize,
+    /// Of the accepted: the true place outside their own 99.99 % ellipse.
+    pub outside: usize,
     /// Searches that found the frame's true place.
     pub right: usize,
     /// One-sided 95 % upper bound on the rate of false fixes.
@@ -117,6 +125,7 @@ struct OutcomeCounts {
     trials: usize,
     skipped: usize,
     accepted: usize,
+    outside: usize,
     right: usize,
 }
 
@@ -124,8 +133,9 @@ impl OutcomeCounts {
     fn from_outcomes(outcomes: &[&NegativeOutcome]) -> Self {
         let skipped = outcomes.iter().filter(|o| o.search.is_none()).count();
         let accepted = outcomes.iter().filter(|o| o.is_accepted()).count();
+        let outside = outcomes.iter().filter(|o| o.is_outside()).count();
         let right = outcomes.iter().filter(|o| o.is_right()).count();
-        Self { trials: outcomes.len() - skipped, skipped, accepted, right }
+        Self { trials: outcomes.len() - skipped, skipped, accepted, outside, right }
     }
 
     fn false_rate_upper95(&self) -> f64 {
@@ -152,6 +162,7 @@ impl NegativeScore {
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
+            outside: count.outside,
             right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
             by_region: regions.iter().map(|&r| RegionScore::from_outcomes(r, &chosen(&|o| o.region == r))).collect(),
@@ -183,6 +194,7 @@ impl RegionScore {
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
+            outside: count.outside,
             right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
             calibration: calibration(outcomes),
@@ -200,6 +212,7 @@ impl KindScore {
             trials: count.trials,
             skipped: count.skipped,
             accepted: count.accepted,
+            outside: count.outside,
             right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
             least_log10_false_alarms: evidence.reduce(f64::min),
@@ -214,6 +227,7 @@ impl PatternScore {
             pattern,
             trials: count.trials,
             accepted: count.accepted,
+            outside: count.outside,
             right: count.right,
             false_rate_upper95: count.false_rate_upper95(),
         }

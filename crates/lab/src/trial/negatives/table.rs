@@ -24,6 +24,7 @@ struct NegativeRow<'a> {
     status: &'static str,
     reason: Option<Reason>,
     error_m: Option<Decimals<3>>,
+    squared_mahalanobis: Option<Decimals<3>>,
     score: Option<Decimals<4>>,
     log10_false_alarms: Option<Decimals<4>>,
     false_fix_probability: Option<Shortest>,
@@ -55,6 +56,7 @@ impl<'a> NegativeRow<'a> {
             status,
             reason,
             error_m: o.error_m().map(Decimals),
+            squared_mahalanobis: o.squared_mahalanobis().map(Decimals),
             score: score.map(Decimals),
             log10_false_alarms: o.log10_false_alarms().map(Decimals),
             false_fix_probability: probability,
@@ -89,7 +91,7 @@ mod tests {
         ];
         let csv = csv_text(outcomes.iter().map(NegativeRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,score,log10_false_alarms,false_fix_probability,elapsed_ms";
+        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,squared_mahalanobis,score,log10_false_alarms,false_fix_probability,elapsed_ms";
         assert_eq!(lines[0], header);
         assert_eq!(
             lines[1],
