@@ -7,7 +7,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 const DESTRUCTIVE: [&str; 3] = ["--remove-layer", "--remove-source", "--replace-layer"];
 
 /// What a flag expects, by the end of its name. The first that fits counts.
-const EXPECTED: [(&str, &str); 24] = [
+const EXPECTED: [(&str, &str); 26] = [
     ("-m-per-px", "metres per pixel, as in 1.25"),
     ("-mps", "metres per second, as in 40"),
     ("-deg", "degrees, as in 47.02"),
@@ -27,6 +27,8 @@ const EXPECTED: [(&str, &str); 24] = [
     ("--stretch", "two numbers LO,HI, as in 0,4000"),
     ("--max-bytes", "bytes, as in 5000000, 5MB or 64MiB"),
     ("--memory", "megabytes, as in 128, or a size with its unit, as in 128MB or 1GiB"),
+    ("--keep-exports-bytes", "megabytes, as in 500, or a size with its unit, as in 500MB or 20GB"),
+    ("--keep-exports-h", "hours, as in 24"),
     ("--jpeg-quality", "a quality from 1 to 100, as in 60"),
     ("--valid-until", "the last day, as in 2027-03-31"),
     ("--blackout", "FIRST:COUNT, as in 20:10"),

@@ -92,6 +92,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         explain_rejected(&mut estimate.rejected);
         name_rejected(output, &estimate.rejected);
         name_undated(output, estimate.undated_sources, estimate.sources);
+        name_unknown_errors(output, estimate.unknown_errors, estimate.sources);
         let size = format!("about {:.1} MB", estimate.estimated_bytes as f64 / 1e6);
         too_fine(estimate.finer_by, estimate.base_tiles + estimate.overview_tiles, &size)
             .iter()
@@ -118,6 +119,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     explain_rejected(&mut summary.rejected);
     name_rejected(output, &summary.rejected);
     name_undated(output, summary.undated_sources, summary.sources);
+    name_unknown_errors(output, summary.unknown_errors, summary.sources);
     output.say(&summary, || describe(&summary));
     Ok(exit(&summary.rejected))
 }
@@ -167,6 +169,15 @@ fn name_undated(output: &Output, undated: usize, sources: usize) {
         let order = if undated > 1 { "; their order among themselves is arbitrary" } else { "" };
         let which = if sources == 1 { "the source has".into() } else { format!("{undated} of {sources} sources have") };
         output.note(&format!("note: {which} no date and counts as oldest{order}: set it with --date"));
+    }
+}
+
+fn name_unknown_errors(output: &Output, unknown: usize, sources: usize) {
+    if unknown > 0 {
+        let which = if sources == 1 { "the source".into() } else { format!("{unknown} of {sources} sources") };
+        output.note(&format!(
+            "note: nothing states the position error of {which}, and fixes count with half a pixel, at least 3 m: set it with --horizontal-error-m"
+        ));
     }
 }
 

@@ -36,13 +36,30 @@ pub fn export_warnings(
             gaps.iter().map(place).collect::<Vec<_>>().join(", ")
         ),
     });
+    let unknown = unknown_errors(store, layers);
+    let unknown = (!unknown.is_empty()).then(|| ExportWarning {
+        code: "unknown_error",
+        message: format!(
+            "nothing states the position error of layer {}: fixes count with half a pixel, at least 3 m; `overfly build --horizontal-error-m` states it",
+            unknown.join(", ")
+        ),
+    });
     let widened = (widest_m > corridor_m).then(|| ExportWarning {
         code: "corridor_widened",
         message: format!(
             "the corridor was widened from {corridor_m:.0} m to up to {widest_m:.0} m on each side, by the drift without a fix that --aircraft states"
         ),
     });
-    unfinished.chain(leaves).chain(widened).collect()
+    unfinished.chain(leaves).chain(widened).chain(unknown).collect()
+}
+
+/// The layers among those asked for, or among all, that have a source of an unknown error.
+fn unknown_errors(store: &Reader, layers: &[String]) -> Vec<String> {
+    let is_unknown = |layer: &&overfly_store::Layer| {
+        store.sources(layer).is_ok_and(|sources| sources.iter().any(|source| source.horizontal_error_m.is_none()))
+    };
+    let asked = store.finished_layers().filter(|layer| layers.is_empty() || layers.contains(&layer.name));
+    asked.filter(is_unknown).map(|layer| layer.name.clone()).collect()
 }
 
 fn place(gap: &CoverageGap) -> String {

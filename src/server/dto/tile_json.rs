@@ -25,6 +25,9 @@ pub(crate) struct TileJson {
     bounds: [f64; 4],
     /// Longitude, latitude and zoom of the initial view.
     center: [f64; 3],
+    /// Whom a map must name, and the licence, as the layer states them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    attribution: Option<String>,
     /// 512.
     #[serde(rename = "tileSize")]
     tile_size: u32,
@@ -50,7 +53,16 @@ impl TileJson {
                 (south + north) / 2.0,
                 f64::from(layer.min_zoom),
             ],
+            attribution: attribution(layer),
             tile_size: TILE_SIZE_PX,
         }
     }
+}
+
+/// Attribution, then licence, where the layer states either. Viewers show it as HTML, so what is special there is escaped.
+fn attribution(layer: &Layer) -> Option<String> {
+    let stated: Vec<&str> =
+        [&layer.terms.attribution, &layer.terms.licence].into_iter().flatten().map(|t| &**t).collect();
+    let escaped = |text: String| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    (!stated.is_empty()).then(|| escaped(stated.join(", ")))
 }

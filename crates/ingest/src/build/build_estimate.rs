@@ -24,6 +24,8 @@ pub struct BuildEstimate {
     pub sources: usize,
     /// Those of its sources that have no acquisition date.
     pub undated_sources: usize,
+    /// Those of its sources whose position error nothing states.
+    pub unknown_errors: usize,
     /// Base tiles to compute.
     pub base_tiles: usize,
     /// Overviews to compute.
@@ -76,6 +78,7 @@ fn estimate(
         finer_by: plan.finer_by,
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
+        unknown_errors: plan.unknown_errors(),
         base_tiles,
         overview_tiles,
         kept_tiles: plan.required.len() - plan.jobs(),

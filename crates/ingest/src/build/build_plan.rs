@@ -74,6 +74,11 @@ impl BuildPlan {
         self.declaration.sources.iter().filter(|source| source.acquired.is_none()).count()
     }
 
+    /// Returns the number of sources whose position error nothing states.
+    pub fn unknown_errors(&self) -> usize {
+        self.declaration.sources.iter().filter(|source| source.horizontal_error_m.is_none()).count()
+    }
+
     /// Returns the number of tiles to compute.
     pub fn jobs(&self) -> usize {
         self.base.len() + self.overviews.iter().map(Vec::len).sum::<usize>()

@@ -24,6 +24,8 @@ pub struct BuildSummary {
     pub sources: usize,
     /// Those of its sources that have no acquisition date.
     pub undated_sources: usize,
+    /// Those of its sources whose position error nothing states.
+    pub unknown_errors: usize,
     /// Tiles computed in this run.
     pub computed_tiles: usize,
     /// Tiles that stayed as they were.
@@ -64,6 +66,7 @@ pub fn summarise(
         min_zoom: layer.min_zoom,
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
+        unknown_errors: plan.unknown_errors(),
         computed_tiles: plan.jobs(),
         kept_tiles: plan.required.len() - plan.jobs(),
         removed_tiles: plan.obsolete,
