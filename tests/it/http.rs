@@ -152,6 +152,7 @@ fn candidates_have_the_names_of_the_design() {
         "y",
         "bounds_deg",
         "probability",
+        "valid_fraction",
         "keypoints",
         "distinctiveness",
         "gsd_m_per_px",

@@ -203,7 +203,7 @@ fn where_a_flight_is_exported() {
         (with("--route point.geojson --corridor-m 300"), 2, vec!["point.geojson", "a Point", "GeoJSON, GPX or KML"]),
         (with("--route none.gpx --corridor-m 300"), 2, vec!["none.gpx", "No such file", "check the name"]),
         (with(&format!("{good} --serial 1 --sign ground.key.pub")), 2, vec!["ground.key.pub", "needs the secret key"]),
-        (with(&format!("{good} --sign none.key")), 2, vec!["none.key: no such file", "overfly keygen"]),
+        (with(&format!("{good} --serial 1 --sign none.key")), 2, vec!["none.key: no such file", "overfly keygen"]),
         (with(&format!("{good} --layer summer")), 2, vec!["no layer \"summer\"; the layers are ortho"]),
         (with(&format!("{good} --valid-until 31.12.2099")), 2, vec!["'31.12.2099'", "as in 2027-03-31"]),
         (with(&format!("{good} --valid-until 2020-01-01")), 2, vec!["2020-01-01 has passed", "today is"]),

@@ -57,7 +57,8 @@ fn no_input_is_a_device_or_a_pipe() {
         let route = folder.path().join("route.geojson");
         std::fs::write(&route, r#"{"type":"LineString","coordinates":[[15.6053,48.4961],[15.6120,48.4961]]}"#).unwrap();
         let with = |flag: &'static str| [&export[..], &[text(&route), flag, special]].concat();
-        refused(&with("--sign"), "not_a_key");
+        let signed = [&with("--sign")[..], &["--serial", "1"]].concat();
+        refused(&signed, "not_a_key");
         refused(&with("--aircraft"), regular);
         refused(&["build", "--db", text(&out), special], regular);
         refused(&["simulate", special], regular);

@@ -1,7 +1,7 @@
 //! Reading small files that users name, such as cameras, routes and tokens: a device, a pipe or a huge file is refused, not read.
 
 use std::fs::File;
-use std::io::{Error, Read, Result};
+use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
 /// Most bytes of a small file: a camera, an aircraft, a token.
@@ -30,7 +30,8 @@ pub fn read_bounded(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`read_bounded`], and where the file is not UTF-8.
 pub fn read_bounded_text(path: &Path, most_bytes: u64) -> Result<String> {
-    String::from_utf8(read_bounded(path, most_bytes)?).map_err(|_| Error::other("it is not text (UTF-8)"))
+    String::from_utf8(read_bounded(path, most_bytes)?)
+        .map_err(|_| Error::new(ErrorKind::InvalidData, "it is not text (UTF-8)"))
 }
 
 /// Reads a regular file of at most 1 MiB as text; see [`read_bounded`].

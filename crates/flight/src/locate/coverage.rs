@@ -2,13 +2,16 @@
 
 use super::candidates::Geometry;
 use overfly_core::geodesy::degrees_from_mercator;
-use overfly_core::tile::{MercatorBounds, TileId};
+use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX, TileId};
 use overfly_store::{Footprint, Layer, Reader, StoreError};
 use serde::Serialize;
 use std::collections::HashMap;
 
 /// Most rectangles of one layer: a coarser level is shown where the base level is more ragged than that.
 const MAX_RECTANGLES: usize = 20_000;
+
+/// Area of a tile, px^2.
+const WHOLE_TILE_PX2: f64 = (TILE_SIZE_PX * TILE_SIZE_PX) as f64;
 
 /// A GeoJSON feature collection, a feature a finished layer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -75,7 +78,9 @@ fn covered(store: &Reader, layer: &Layer) -> Result<CoveredLayer, StoreError> {
 
 /// The rings around the ground of which tiles of one zoom have pixels: whole tiles joined to blocks, the others by their outlines.
 fn imaged(zoom: u8, footprints: &[Footprint]) -> Vec<Vec<[f64; 2]>> {
-    let (partly, whole): (Vec<_>, Vec<_>) = footprints.iter().partition(|f| f.valid_outline.is_some());
+    let is_partly =
+        |f: &&Footprint| f.valid_outline.as_ref().is_some_and(|outline| outline.area_px2() < WHOLE_TILE_PX2);
+    let (partly, whole): (Vec<_>, Vec<_>) = footprints.iter().partition(is_partly);
     let mut tiles: Vec<TileId> = whole.iter().map(|f| f.tile).collect();
     tiles.sort_unstable();
     let blocks = joined(&tiles).into_iter().map(|block| ring_deg(zoom, &block));
