@@ -5,6 +5,7 @@ use super::digest::file_digest;
 use super::key::SecretKey;
 use super::seal::{HEADER_LEN, SEAL_LEN, Seal, position, stated_len};
 use crate::connection::refuse_side_files;
+use crate::require_regular;
 use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
@@ -61,6 +62,9 @@ pub(super) fn require_unopened(path: &Path) -> Result<(), PackageError> {
 /// [`PackageError::CutOff`].
 pub(super) fn require_whole(path: &Path) -> Result<(), PackageError> {
     let fail = |e| PackageError::io(path, e);
+    if require_regular(path).is_err() {
+        return Ok(());
+    }
     let file = File::open(path).map_err(fail)?;
     let mut header = [0; HEADER_LEN];
     if file.read_exact_at(&mut header, 0).is_err() || refuse_side_files(path).is_err() {

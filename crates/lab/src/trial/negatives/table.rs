@@ -97,6 +97,6 @@ mod tests {
             lines[1],
             "0,noise,1,a.png,,,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,,,-2.5000,,30.000"
         );
-        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,,");
+        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,,,");
     }
 }
