@@ -56,12 +56,12 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
     Ok(DeclaredSource { source, pixels: description.width_px.saturating_mul(description.height_px) })
 }
 
-/// The error of a source, metres: the stated one, at least that of its CRS. `None` where neither is known; the error of the CRS alone
-/// counts with the default of an unknown one.
+/// The error of a source, metres: the stated one, at least that of its CRS. `None` where none is stated, unless that of the CRS alone is
+/// more than the default of an unknown one.
 fn horizontal_error_m(stated_m: Option<f64>, crs_m: f64, gsd_m_per_px: f64) -> Option<f64> {
     match stated_m {
         Some(stated_m) => Some(stated_m.max(crs_m)),
-        None => (crs_m > 0.0).then(|| default_error_m(gsd_m_per_px).max(crs_m)),
+        None => (crs_m > default_error_m(gsd_m_per_px)).then_some(crs_m),
     }
 }
 
