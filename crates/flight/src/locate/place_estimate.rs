@@ -98,9 +98,12 @@ impl PlaceEstimate {
         self
     }
 
-    /// The estimate of a smeared view. Its windows err together, the more so the fewer of them agree.
+    /// The estimate of a smeared view. Where fewer than half of its windows agree, those err together, the more so the fewer they are.
     pub fn smeared(mut self, place: &RefinedPlace) -> Self {
-        self.covariance_px2 *= place.matches.len() as f64 / place.fit.inliers.len().max(1) as f64;
+        let windows_per_agreeing = place.matches.len() as f64 / place.fit.inliers.len().max(1) as f64;
+        if windows_per_agreeing > 2.0 {
+            self.covariance_px2 *= windows_per_agreeing;
+        }
         self
     }
 
