@@ -159,13 +159,13 @@ fn kept(folder: &Path, name: &str) -> PathBuf {
 #[test]
 fn what_older_programs_wrote_opens_answers_and_verifies() {
     let folder = tempfile::tempdir().unwrap();
-    let key = PublicKey::read(&kept(folder.path(), "signer.key.pub")).unwrap();
+    let key = PublicKey::read(&kept(folder.path(), "signer.pem")).unwrap();
     let today = parse_date("2026-11-29").unwrap();
     for format in [4, 5] {
         let built = kept(folder.path(), &format!("format{format}_built.gpkg.gz"));
         let signed = kept(folder.path(), &format!("format{format}_signed.gpkg.gz"));
         let wider = kept(folder.path(), &format!("format{format}_wider.gpkg.gz"));
-        let patch = kept(folder.path(), &format!("format{format}.patch"));
+        let patch = kept(folder.path(), &format!("format{format}.patch.bin"));
         let bytes = std::fs::read(&signed).unwrap();
         let reader = Reader::open_proved(&built).unwrap();
         assert_eq!(reader.format_version(), format);
