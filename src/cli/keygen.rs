@@ -12,7 +12,7 @@ Writes an Ed25519 key pair in the formats of OpenSSL: KEY signs (PKCS#8 PEM, rea
 
 Examples:
   overfly keygen --out ground.key
-  overfly export ... --sign ground.key
+  overfly export ... --serial 1 --sign ground.key
   overfly verify flight.gpkg --key ground.key.pub
   overfly serve --db flight.gpkg --onboard --require-signature ground.key.pub";
 

@@ -90,7 +90,7 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
         R::GenerateKey => {
             "`overfly keygen --out KEY` makes KEY (PKCS#8 PEM, to sign) and KEY.pub (SPKI PEM, to verify), both Ed25519"
         }
-        R::ExportSigned => "export it with `overfly export --sign KEY`",
+        R::ExportSigned => "export it with `overfly export --serial N --sign KEY`",
         R::CheckStoreAndKey => "check that it is the right store and the right key",
         R::ExportAgain => "export it again",
         R::CopyAgain => "copy the original again, and let other programs open copies of it read-only",

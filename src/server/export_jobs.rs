@@ -163,9 +163,9 @@ impl ExportJobs {
 fn export_id(digest: &str, request: &ExportRequest) -> String {
     let place = |p: &Geodetic| [p.longitude_deg(), p.latitude_deg()];
     let routes: Vec<Vec<[f64; 2]>> = request.routes.iter().map(|r| r.points().iter().map(place).collect()).collect();
-    let ExportRequest { corridor_m, layers, max_bytes, jpeg_quality, .. } = request;
+    let ExportRequest { corridor_m, layers, max_bytes, jpeg_quality, name, serial, .. } = request;
     let valid_until = request.valid_until.map(|date| date.to_string());
-    let asked = (digest, routes, corridor_m, layers, max_bytes, jpeg_quality, valid_until);
+    let asked = (digest, routes, corridor_m, layers, max_bytes, jpeg_quality, valid_until, name, serial);
     let text = serde_json::to_string(&asked).expect("numbers and texts serialise");
     blake3::hash(text.as_bytes()).to_hex().to_string()
 }

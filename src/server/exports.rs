@@ -215,6 +215,8 @@ fn request(parameters: &ExportParameters) -> Result<ExportRequest, ServerError> 
         max_bytes: parameters.max_bytes,
         jpeg_quality: parameters.jpeg_quality,
         valid_until: valid_until.map_err(|reason| wrong("valid_until", reason))?,
+        name: parameters.name.clone(),
+        serial: parameters.serial,
         ..ExportRequest::along(routes, parameters.corridor_m)
     })
 }

@@ -29,6 +29,7 @@ fn signed(folder: &Path, keys: &Keys, valid_until: Option<&str>) -> PathBuf {
     let out = folder.join("flight.gpkg");
     let request = ExportRequest {
         key: Some(SecretKey::read(&keys.secret).unwrap()),
+        serial: Some(1),
         valid_until: valid_until.map(|d| d.parse().unwrap()),
         ..drawn_request()
     };
@@ -66,7 +67,8 @@ fn an_export_signed_later_is_the_one_signed_at_once() {
     let keys = Keys::new(folder.path(), "ground.key");
     let at_once = signed(folder.path(), &keys, Some("2099-12-31"));
     let unsigned = folder.path().join("unsigned.gpkg");
-    let request = ExportRequest { valid_until: Some("2099-12-31".parse().unwrap()), ..drawn_request() };
+    let request =
+        ExportRequest { valid_until: Some("2099-12-31".parse().unwrap()), serial: Some(1), ..drawn_request() };
     export_to(drawn_store(), &request, &unsigned);
     let later = folder.path().join("later.gpkg");
     let done = overfly(&["sign", "--key"], &[&keys.secret, &unsigned, Path::new("--out"), &later]);
@@ -75,10 +77,16 @@ fn an_export_signed_later_is_the_one_signed_at_once() {
     let again = overfly(&["sign", "--key"], &[&keys.secret, &later, Path::new("--out"), &unsigned]);
     assert!(String::from_utf8_lossy(&again.stderr).contains("already_signed"), "{again:?}");
     let expired = folder.path().join("expired.gpkg");
-    let request = ExportRequest { valid_until: Some("2020-01-01".parse().unwrap()), ..drawn_request() };
+    let request =
+        ExportRequest { valid_until: Some("2020-01-01".parse().unwrap()), serial: Some(1), ..drawn_request() };
     export_to(drawn_store(), &request, &expired);
     let refused = overfly(&["sign", "--key"], &[&keys.secret, &expired, Path::new("--out"), &folder.path().join("o")]);
     assert!(String::from_utf8_lossy(&refused.stderr).contains("expired_store"), "{refused:?}");
+    let unnumbered = folder.path().join("unnumbered.gpkg");
+    export_to(drawn_store(), &ExportRequest { serial: None, ..drawn_request() }, &unnumbered);
+    let refused =
+        overfly(&["sign", "--key"], &[&keys.secret, &unnumbered, Path::new("--out"), &folder.path().join("o")]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("no_serial"), "{refused:?}");
 }
 
 #[test]

@@ -25,6 +25,10 @@ pub(crate) struct ExportParameters {
     pub jpeg_quality: Option<u8>,
     /// The last day on which the export may be flown, YYYY-MM-DD.
     pub valid_until: Option<String>,
+    /// The mission's name, which the manifest states.
+    pub name: Option<String>,
+    /// The serial number; an export that is to be signed needs one.
+    pub serial: Option<u64>,
     /// Answer what would be exported, and export nothing.
     #[serde(default)]
     pub dry_run: bool,

@@ -48,6 +48,12 @@ pub enum PackageError {
         /// The required public key.
         required: String,
     },
+    /// The export has no serial, which a signed store needs.
+    #[error("{path}: it has no serial, and a signed export needs one", path = path.display())]
+    NoSerial {
+        /// The export.
+        path: PathBuf,
+    },
     /// The store was built, not exported, so it has no manifest to sign.
     #[error("{path}: not an export, and only exports are signed", path = path.display())]
     NotExported {
@@ -197,6 +203,7 @@ impl PackageError {
             Self::WrongKey { .. } => "wrong_key",
             Self::CutOff { .. } => "cut_off",
             Self::NotExported { .. } => "not_exported",
+            Self::NoSerial { .. } => "no_serial",
             Self::AlreadySigned { .. } => "already_signed",
             Self::AlteredManifest { .. } => "altered_manifest",
             Self::AlteredSeal { .. } => "altered_seal",
@@ -235,7 +242,7 @@ impl PackageError {
             Self::AlteredPatch { .. } => StoreRemedy::CopyPatchAgain,
             Self::WrongBase { .. } => StoreRemedy::MakePatchFromThisStore,
             Self::OtherResult { .. } => StoreRemedy::CopyStore,
-            Self::Expired { .. } => StoreRemedy::ExportAgain,
+            Self::Expired { .. } | Self::NoSerial { .. } => StoreRemedy::ExportAgain,
             Self::OlderSerial { .. } => StoreRemedy::CopyNewestStore,
             Self::OpenedForWriting { .. } => StoreRemedy::CopyAgain,
             Self::Clock { .. } => StoreRemedy::SetClock,

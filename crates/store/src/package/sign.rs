@@ -25,7 +25,7 @@ pub struct Signed {
 /// `progress` with the number of tiles done and the total.
 ///
 /// # Errors
-/// [`PackageError::NotExported`], [`PackageError::AlreadySigned`], [`PackageError::Expired`]; where the export is damaged or the disk
+/// [`PackageError::NotExported`], [`PackageError::AlreadySigned`], [`PackageError::NoSerial`], [`PackageError::Expired`]; where the export is damaged or the disk
 /// is full.
 pub fn sign(
     path: &Path,
@@ -38,6 +38,9 @@ pub fn sign(
     let manifest = proved_manifest(&store, None)?.ok_or_else(|| PackageError::NotExported { path: path.into() })?;
     if let Some(signer) = manifest.signed_by {
         return Err(PackageError::AlreadySigned { path: path.into(), signer });
+    }
+    if manifest.serial.is_none() {
+        return Err(PackageError::NoSerial { path: path.into() });
     }
     check_layers(&store, &manifest)?;
     check_freshness(path, store.layers(), Some(&manifest), &[], today)?;
