@@ -28,11 +28,13 @@ pub fn is_smeared(smear: f64) -> bool {
 /// The mean of the doubled-angle channel over its mean modulus, of the part at `corner_px`; `None` where it shows no edge.
 fn mean_direction(structure: &Structure, corner_px: [usize; 2], size_px: [usize; 2]) -> Option<Vector2<f64>> {
     let (mut sum, mut moduli) = ([0i64; 2], 0.0);
-    for y in 0..size_px[1] {
+    // Every second row is enough.
+    for y in (0..size_px[1]).step_by(2) {
         let from = (y + corner_px[1]) * structure.width_px + corner_px[0];
         for [real, imaginary, ..] in &structure.channels[from..from + size_px[0]] {
             sum = [sum[0] + i64::from(*real), sum[1] + i64::from(*imaginary)];
-            moduli += f64::from(*real).hypot(f64::from(*imaginary));
+            let [real, imaginary] = [i32::from(*real), i32::from(*imaginary)];
+            moduli += f64::from(((real * real + imaginary * imaginary) as f32).sqrt());
         }
     }
     (moduli > 0.0).then(|| Vector2::new(sum[0] as f64, sum[1] as f64) / moduli)
