@@ -16,6 +16,7 @@ use access::AccessArgs;
 use anyhow::Context;
 use opening::Opening;
 use overfly_store::package::{PublicKey, StalePolicy};
+use parking_lot::Mutex;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -31,8 +32,11 @@ Examples:
 
 With --onboard, the seal, manifest and signature of an exported store and all its footprints are verified before the service starts,
 and a store past its last day is refused. Each tile's hash is verified when the tile is read; a damaged tile is neither served nor
-matched, and /healthz reports it. A Unix socket is open to its owner only. TLS is the work of a reverse proxy: docs/onboard.md. The age of the imagery is checked only at the start, so nothing disappears in flight. A store
-that is replaced (by a rename) or built anew is checked in the same way and then served. The service notifies systemd (Type=notify, WatchdogSec); docs/onboard.md has a unit file.";
+matched, and /healthz reports it. The age of the imagery is checked only at the start, so nothing disappears in flight. A store that is
+replaced (by a rename) or built anew is checked in the same way and then served; onboard, its serial must not be lower than that of
+the store before. The service notifies systemd (Type=notify, WatchdogSec).
+
+A Unix socket is open to its owner only. TLS is the work of a reverse proxy. docs/onboard.md has its settings and a unit file.";
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -92,7 +96,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         is_onboard: args.onboard,
         key,
         policies: args.stale_after_days.clone(),
-        least_serial: args.least_serial.filter(|_| !args.allow_older),
+        least_serial: Mutex::new(args.least_serial.filter(|_| !args.allow_older)),
         today: today(),
         keep: limits.keep,
     };

@@ -135,14 +135,14 @@ fn onboard_only_what_the_key_signed_takes_the_place_of_the_store() {
         (secret, public)
     };
     let ((ground, public), (other, _)) = (key("ground"), key("other"));
-    let export = |name: &str, corridor_m: f64, key: Option<&Path>| {
+    let export = |name: &str, corridor_m: f64, key: Option<&Path>, serial: u64| {
         let key = key.map(|path| SecretKey::read(path).unwrap());
         let out = folder.path().join(name);
-        let request = ExportRequest { key, corridor_m, ..crate::export::drawn_request() };
+        let request = ExportRequest { key, corridor_m, serial: Some(serial), ..crate::export::drawn_request() };
         let digest = crate::export::export_to(drawn_store(), &request, &out).digest;
         (out, digest)
     };
-    let (served, first) = export("served.gpkg", 200.0, Some(&ground));
+    let (served, first) = export("served.gpkg", 200.0, Some(&ground), 8);
     let arguments = ["--require-signature".to_owned(), public.display().to_string()];
     let program = Path::new(env!("CARGO_BIN_EXE_overfly"));
     let service = ServedStore::start(program, &served, &arguments, &folder.path().join("log")).unwrap();
@@ -151,10 +151,12 @@ fn onboard_only_what_the_key_signed_takes_the_place_of_the_store() {
         Reply { status: reply.status, headers: HeaderMap::new(), text: String::from_utf8(reply.body).unwrap() }
     };
     assert_eq!(ask("/v1/store").json()["digest"], first);
-    for (name, key, code) in
-        [("unsigned.gpkg", None, "unsigned_store"), ("foreign.gpkg", Some(other.as_path()), "wrong_key")]
-    {
-        let (path, _) = export(name, 250.0, key);
+    for (name, key, serial, code) in [
+        ("unsigned.gpkg", None, 9, "unsigned_store"),
+        ("foreign.gpkg", Some(other.as_path()), 9, "wrong_key"),
+        ("older.gpkg", Some(ground.as_path()), 7, "older_serial"),
+    ] {
+        let (path, _) = export(name, 250.0, key, serial);
         std::fs::rename(path, &served).unwrap();
         let refused = until(503, || ask("/v1/store"));
         let text = until(503, || ask("/readyz")).text;
@@ -168,7 +170,7 @@ fn onboard_only_what_the_key_signed_takes_the_place_of_the_store() {
             std::thread::sleep(Duration::from_millis(50));
         }
     }
-    let (path, second) = export("new.gpkg", 1_500.0, Some(&ground));
+    let (path, second) = export("new.gpkg", 1_500.0, Some(&ground), 8);
     std::fs::rename(path, &served).unwrap();
     let store = until(200, || ask("/v1/store")).json();
     assert_eq!(store["digest"], second);

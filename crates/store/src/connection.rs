@@ -120,9 +120,12 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
         schema::require_own(&connection, version, path)?;
     }
     if version < migration::FORMAT_VERSION {
+        // A migration rewrites every footprint: the pages of a large store must not all wait in memory.
+        connection.pragma_update(None, "cache_spill", 1).map_err(fail)?;
         let transaction = connection.unchecked_transaction().map_err(fail)?;
         migration::migrate(&transaction, version, migration::FORMAT_VERSION).map_err(fail)?;
         transaction.commit().map_err(fail)?;
+        connection.pragma_update(None, "cache_spill", 0).map_err(fail)?;
     } else {
         migration::require_readable(version, path)?;
     }

@@ -4,6 +4,7 @@ use crate::cli::failure::Failure;
 use crate::server::StoreRefusal;
 use overfly_store::package::{Date, PublicKey, StalePolicy, open_onboard, require_serial};
 use overfly_store::{CacheLimits, Reader};
+use parking_lot::Mutex;
 use std::path::PathBuf;
 
 /// What is opened, and what is checked.
@@ -16,8 +17,8 @@ pub struct Opening {
     pub key: Option<PublicKey>,
     /// Onboard, how old its imagery may be.
     pub policies: Vec<StalePolicy>,
-    /// Onboard, the least serial that it may have.
-    pub least_serial: Option<u64>,
+    /// Onboard, the least serial that it may have: once a store is open, that of this store. So no store takes the place of a newer one.
+    pub least_serial: Mutex<Option<u64>>,
     /// The date at the start of the service. A clock that jumps in flight changes nothing.
     pub today: Date,
     /// Onboard, the limits of its caches.
@@ -34,7 +35,9 @@ impl Opening {
             return Ok((Reader::open_proved(&self.db)?, Vec::new()));
         }
         let opened = open_onboard(&self.db, self.key.as_ref(), &self.policies, self.today).map_err(Failure::of_crew)?;
-        require_serial(&self.db, opened.manifest.as_ref(), self.least_serial).map_err(Failure::of_crew)?;
+        let mut least = self.least_serial.lock();
+        require_serial(&self.db, opened.manifest.as_ref(), *least).map_err(Failure::of_crew)?;
+        *least = opened.manifest.as_ref().and_then(|manifest| manifest.serial).or(*least);
         let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
         warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
         Ok((opened.store.with_cache_limits(self.keep).map_err(Failure::of_crew)?, warnings))
