@@ -42,7 +42,7 @@ const LEAST_OFFSET_PX: f64 = 1.9;
 /// 40. Of 699 accepted frames with a seam of 2 to 10 pixels 26 then have the truth outside their own 99.9 % ellipse.
 const MIN_Z_SCORE: f64 = 1.0;
 /// Correlations nearer than this to the two places compared do not count as those elsewhere, pixels.
-const PEAK_RADIUS_PX: f64 = 4.0;
+const PEAK_RADIUS_PX: isize = 4;
 
 impl Default for Displacements {
     fn default() -> Self {
@@ -67,14 +67,12 @@ impl Displacements {
     fn best(&self, scores: &[f32]) -> Option<(f64, Vector2<f64>)> {
         let best = (0..scores.len()).reduce(|a, b| if scores[b] > scores[a] { b } else { a })?;
         let found = self.all_px[best];
-        let length = |[x, y]: [isize; 2]| (x as f64).hypot(y as f64);
+        let is_far = |[x, y]: [isize; 2]| x * x + y * y >= PEAK_RADIUS_PX * PEAK_RADIUS_PX;
         let is_inside = found.iter().all(|v| v.abs() < self.radius_px);
         if !is_inside {
             return None;
         }
-        let is_elsewhere = |d: &[isize; 2]| {
-            length(*d) >= PEAK_RADIUS_PX && length([d[0] - found[0], d[1] - found[1]]) >= PEAK_RADIUS_PX
-        };
+        let is_elsewhere = |d: &[isize; 2]| is_far(*d) && is_far([d[0] - found[0], d[1] - found[1]]);
         let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
         for (_, score) in self.all_px.iter().zip(scores).filter(|(d, _)| is_elsewhere(d)) {
             let score = f64::from(*score);
