@@ -3,7 +3,7 @@
 use super::footprint::{Footprint, MOST_ERROR_M};
 use super::versions::PLACES_SINCE;
 use overfly_core::pixels::MaskOutline;
-use overfly_core::tile::TileId;
+use overfly_core::tile::{TILE_SIZE_PX, TileId};
 use rusqlite::Row;
 use rusqlite::types::Type;
 
@@ -36,7 +36,9 @@ pub(super) fn read(row: &Row<'_>) -> rusqlite::Result<Footprint> {
 /// As [`read`], without a look at the hash.
 pub(super) fn read_unproved(row: &Row<'_>) -> rusqlite::Result<Footprint> {
     let outline = row.get::<_, Option<Vec<u8>>>(10)?;
-    let outline = outline.map(|bytes| MaskOutline::from_bytes(&bytes).ok_or_else(|| malformed(10, "no valid outline")));
+    let outline = outline.map(|bytes| {
+        MaskOutline::from_bytes(&bytes, TILE_SIZE_PX as u16).ok_or_else(|| malformed(10, "no valid outline"))
+    });
     let footprint = Footprint {
         tile: tile_at(row, 0)?,
         content_hash: row.get(3)?,

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 /// What is altered in a store of the layer `ortho`, and the SQL that does it.
-pub const ALTERATIONS: [(&str, &str); 19] = [
+pub const ALTERATIONS: [(&str, &str); 20] = [
     (
         "every tile 170 columns further east, footprints and imagery alike",
         "UPDATE footprints SET tile_column = tile_column + 170; UPDATE ortho SET tile_column = tile_column + 170",
@@ -23,6 +23,7 @@ pub const ALTERATIONS: [(&str, &str); 19] = [
     ("more valid pixels than pixels", "UPDATE footprints SET valid_fraction = 2"),
     ("an infinite distinctiveness", "UPDATE footprints SET distinctiveness = 9e999"),
     ("an outline of one byte", "UPDATE footprints SET valid_outline = x'01'"),
+    ("an outline beyond the tile", "UPDATE footprints SET valid_outline = x'0400000000000004000000040004000000040000'"),
     ("an outline of nothing", "UPDATE footprints SET valid_outline = x''"),
     ("another extent, degrees", "UPDATE overfly_layers SET west_deg = west_deg - 10, east_deg = east_deg + 10"),
     ("another number of tiles", "UPDATE overfly_layers SET base_tiles = base_tiles + 1"),

@@ -75,16 +75,22 @@ impl MaskOutline {
         self.rings.iter().flat_map(ring).collect()
     }
 
-    /// Reads [`MaskOutline::to_bytes`]; `None` where the bytes are no outline.
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+    /// Reads [`MaskOutline::to_bytes`] of a mask of at most `edge_px` on each side; `None` where the bytes are no outline: too many
+    /// points, one beyond the mask, or a step that is not along an axis.
+    pub fn from_bytes(bytes: &[u8], edge_px: u16) -> Option<Self> {
         let mut numbers = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-        if !bytes.len().is_multiple_of(2) || bytes.len() > 8 * MOST_POINTS {
+        if !bytes.len().is_multiple_of(2) || bytes.len() > 6 * MOST_POINTS {
             return None;
         }
+        let is_step = |[a, b]: [[u16; 2]; 2]| (a[0] == b[0]) != (a[1] == b[1]);
+        let is_ring = |ring: &Vec<[u16; 2]>| {
+            let steps = (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]);
+            ring.len() >= 4 && ring.iter().flatten().all(|v| *v <= edge_px) && steps.into_iter().all(is_step)
+        };
         let mut rings = Vec::new();
         while let Some(count) = numbers.next() {
             let ring: Option<Vec<[u16; 2]>> = (0..count).map(|_| Some([numbers.next()?, numbers.next()?])).collect();
-            rings.push(ring.filter(|ring| ring.len() >= 4)?);
+            rings.push(ring.filter(is_ring)?);
         }
         Some(Self { rings })
     }
@@ -205,9 +211,10 @@ mod tests {
     #[test]
     fn bytes_that_are_no_outline_are_refused() {
         let bytes = MaskOutline::new(&Mask::filled(64, 64, true)).to_bytes();
-        assert!((0..bytes.len()).filter(|cut| *cut > 0).all(|cut| MaskOutline::from_bytes(&bytes[..cut]).is_none()));
-        assert!(MaskOutline::from_bytes(&vec![0; 8 * MOST_POINTS + 2]).is_none());
-        assert!(MaskOutline::from_bytes(&[3, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0]).is_none(), "a triangle");
+        assert!((1..bytes.len()).all(|cut| MaskOutline::from_bytes(&bytes[..cut], 64).is_none()));
+        assert!(MaskOutline::from_bytes(&vec![0; 6 * MOST_POINTS + 2], 64).is_none());
+        assert!(MaskOutline::from_bytes(&bytes, 63).is_none(), "beyond the mask");
+        assert!(MaskOutline::from_bytes(&[3, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0], 64).is_none(), "a triangle");
     }
 
     proptest! {
@@ -224,7 +231,7 @@ mod tests {
                 }
             }
             prop_assert_eq!(covered, mask_of(&cells, 8));
-            prop_assert_eq!(MaskOutline::from_bytes(&outline.to_bytes()), Some(outline));
+            prop_assert_eq!(MaskOutline::from_bytes(&outline.to_bytes(), 128), Some(outline));
         }
     }
 }

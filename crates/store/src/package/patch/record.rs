@@ -5,7 +5,7 @@
 use crate::versions::PLACES_SINCE;
 use crate::{Footprint, MOST_ERROR_M};
 use overfly_core::pixels::MaskOutline;
-use overfly_core::tile::TileId;
+use overfly_core::tile::{TILE_SIZE_PX, TileId};
 use std::io::{ErrorKind, Read, Write};
 
 const END: u8 = 0;
@@ -311,7 +311,9 @@ impl<R: Read> Records<R> {
         match self.part()? {
             PatchBlob::Absent => Ok(None),
             PatchBlob::AsInBase => Err(malformed()),
-            PatchBlob::Given(bytes) => MaskOutline::from_bytes(&bytes).map(Some).ok_or_else(malformed),
+            PatchBlob::Given(bytes) => {
+                MaskOutline::from_bytes(&bytes, TILE_SIZE_PX as u16).map(Some).ok_or_else(malformed)
+            }
         }
     }
 
