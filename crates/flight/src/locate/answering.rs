@@ -14,10 +14,6 @@ use overfly_core::geodesy::{BodyFrame, Enu, Geodetic, Heading, LocalFrame};
 use overfly_core::tile::{TileId, gsd_at};
 use overfly_store::{Footprint, StoreError, default_error_m};
 
-/// The smallest false-fix probability that is stated. None of 20,000 negative trials was accepted, which proves no rate below 3 in
-/// 20,000.
-const MIN_FALSE_FIX_PROBABILITY: f64 = 1.5e-4;
-
 /// The size of a search, as every answer states it.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchSize {
@@ -114,7 +110,7 @@ fn fix(
         scale_sigma_ratio: estimate.log_height_variance.sqrt(),
         covariance,
         score: place.peak_z_score,
-        false_fix_probability: false_fix_probability(place),
+        false_fix_probability: place.false_fix_probability(),
         log10_false_alarms: Some(place.log10_false_alarms),
         image_centre,
         image_centre_covariance: covariances.image_centre,
@@ -125,11 +121,6 @@ fn fix(
         map_epoch: footprint.and_then(|f| f.acquired),
         time_s: context.request.time_s,
     }))
-}
-
-/// The place by chance, or that of a rival.
-fn false_fix_probability(place: &VerifiedPlace) -> f64 {
-    (10f64.powf(place.log10_false_alarms) + place.alias_probability).clamp(MIN_FALSE_FIX_PROBABILITY, 1.0)
 }
 
 fn footprint_at(context: &SearchContext<'_>, point: Geodetic) -> Result<Option<Footprint>, StoreError> {

@@ -14,6 +14,7 @@ use super::search_context::SearchContext;
 use super::search_steps::SearchSteps;
 use super::trace::Trace;
 use super::verify::{Verdict, Verifier};
+use super::weighed_place::WeighedPlace;
 use overfly_core::camera::Camera;
 use overfly_core::pixels::Gray;
 use overfly_store::Reader;
@@ -89,6 +90,26 @@ pub fn locate_traced(
         None => Trace::default(),
     };
     Ok((registration.answer, trace))
+}
+
+/// As [`locate`], with the evidence of the best place, be it a fix or not: what trials compare with the truth.
+///
+/// # Errors
+/// As [`locate`].
+pub fn locate_weighed(
+    store: &Reader,
+    frame: &Gray,
+    request: &FixRequest,
+    threads: usize,
+) -> Result<(Answer, Option<WeighedPlace>), LocateError> {
+    request.check()?;
+    let layer = store.layer(&request.layer)?;
+    let cancellation = CancellationToken::new();
+    let context = SearchContext { store, layer, request, threads, cancellation: &cancellation };
+    let registration = register(&context, frame)?;
+    let verdict = registration.search.as_ref().and_then(|(_, search)| search.verdict.as_ref());
+    let place = verdict.and_then(|v| v.places.first()).and_then(WeighedPlace::new);
+    Ok((registration.answer, place))
 }
 
 /// An answer, and the values of the search that led to it.

@@ -10,7 +10,7 @@ use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
 use super::refine::RefinedPlace;
 use super::refusal::Refusal;
-use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalSearch};
+use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalReport, RivalSearch};
 use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
 use overfly_core::registration::a_contrario;
@@ -30,6 +30,10 @@ const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
 const VERIFIED_PLACES: usize = 2;
 /// A fix needs at least this many agreeing windows.
 const MIN_INLIERS: usize = 4;
+
+/// The smallest false-fix probability that is stated. None of more than 20,000 negative trials was accepted, which proves no rate
+/// below 3 in 20,000.
+const MIN_FALSE_FIX_PROBABILITY: f64 = 1.5e-4;
 
 /// The decision on the places found so far.
 pub struct Verdict {
@@ -54,8 +58,8 @@ pub struct VerifiedPlace {
     pub peak_z_score: f64,
     /// Offsets of the places around that the view fits almost as well, pixels.
     pub near_rivals_px: Vec<[f64; 2]>,
-    /// The probability that the view lies at one of the rivals that it was compared with, looked for only at a fix.
-    pub alias_probability: f64,
+    /// The comparison with its rivals, made where nothing else spoke against it.
+    pub rivals: Option<RivalReport>,
     /// The seam across the view, looked for only at a fix.
     pub seam: Option<Seam>,
     /// Whether the view is smeared, looked for only at a fix.
@@ -63,6 +67,15 @@ pub struct VerifiedPlace {
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
     /// windows, which at a wrong place are almost independent.
     pub log10_false_alarms: f64,
+}
+
+impl VerifiedPlace {
+    /// The probability that the place is wrong: by chance, or because the frame lies at a rival.
+    pub fn false_fix_probability(&self) -> f64 {
+        let by_chance = 10f64.powf(self.log10_false_alarms);
+        let alias = self.rivals.map_or(0.0, |report| report.alias_probability());
+        (by_chance + alias).clamp(MIN_FALSE_FIX_PROBABILITY, 1.0)
+    }
 }
 
 impl Verdict {
@@ -149,7 +162,7 @@ impl Verifier<'_> {
             refined,
             peak_z_score,
             near_rivals_px,
-            alias_probability: 0.0,
+            rivals: None,
             seam: None,
             is_smeared: false,
             log10_false_alarms,
@@ -198,7 +211,7 @@ impl Verifier<'_> {
     fn compared(&self, best: &mut VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
         let report = search.compare(&best.refined.pose, &best.near_rivals_px, best.peak_z_score, coarse)?;
-        best.alias_probability = report.alias_probability();
+        best.rivals = Some(report);
         Ok(report.ambiguity().map(|rival| {
             let place = &best.refined.pose;
             let away_m = (rival.pose.nadir.x_px - place.nadir.x_px).hypot(rival.pose.nadir.y_px - place.nadir.y_px)
@@ -208,7 +221,7 @@ impl Verifier<'_> {
                 "a place {away_m:.0} m away, turned by {turn_deg:.0} degrees, fits almost as well: the best is better by {:.1} standard errors over the {:.0} % of the ground that both show ({LEAST_T_SCORE} needed), and is a rival's with a probability of {:.1} % ({:.1} % allowed)",
                 rival.difference.t_score(),
                 100.0 * rival.difference.overlap,
-                100.0 * best.alias_probability,
+                100.0 * report.alias_probability(),
                 100.0 * MOST_ALIAS_PROBABILITY
             );
             Refusal::new(Reason::Ambiguous, detail)

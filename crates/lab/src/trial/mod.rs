@@ -61,7 +61,7 @@ pub use motion_table::write_motions;
 pub use motions::{MotionOutcome, MotionScore, OverlapScore, RIGHT_PX, run_motions};
 pub use negatives::{
     CalibrationStep, DrawnPattern, KindScore, NegativeKind, NegativeOutcome, NegativeScore, NegativeSearch,
-    NegativeTrial, PatternKind, PatternScore, RegionScore, TruePlace, write_negatives,
+    NegativeTrial, PatternKind, PatternScore, ProbabilityBin, RegionScore, TruePlace, write_negatives,
 };
 pub use pairs::{ImagePair, ImagePairs};
 pub use photo_cuts::ImagePlacement;

@@ -11,7 +11,8 @@ use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
 use overfly_lab::report::calibration_svg;
 use overfly_lab::trial::{
-    NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, PatternKind, RecordedFlight, write_negatives,
+    NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, PatternKind, ProbabilityBin, RecordedFlight,
+    write_negatives,
 };
 use serde::Serialize;
 use std::num::NonZeroUsize;
@@ -40,7 +41,8 @@ searched_ratio is the area searched. If `elsewhere` has no room, its trials are 
 
 If n trials accept no fix, the rate is below 3 / n with 95 % confidence. Calibration: each answer states how many matches as good as its
 best place are expected by chance (log10_false_alarms); of n trials, at most n * 10^x may state less than 10^x. `scaled` and the
-repeating kinds are left out of the calibration, because what agrees there agrees not by chance.
+repeating kinds are left out of the calibration, because what agrees there agrees not by chance. Over the repeating kinds the stated
+false_fix_probability of the best place, accepted or not, stands beside the share of such places that is wrong.
 
 With --json: one line per accepted trial, then the summary. Exit code 0 whatever was accepted.
 
@@ -208,5 +210,25 @@ fn text(score: &NegativeScore) -> String {
             ));
         }
     }
+    text.push_str(&probabilities(&score.probabilities));
     text.trim_end().to_owned()
+}
+
+/// Stated beside observed probabilities of wrong best places, as text; nothing where none was compared with rivals.
+fn probabilities(bins: &[ProbabilityBin]) -> String {
+    if bins.iter().all(|b| b.searches == 0) {
+        return String::new();
+    }
+    let mut text = "\nrepeating ground: the best place, accepted or not\n  \
+                    states a wrong place with  searches  wrong  stated mean  observed, 95 % bounds\n"
+        .to_owned();
+    for b in bins {
+        let verdict = if b.is_kept { "" } else { "  too low" };
+        let range = format!("{:.1e} to {:.1e}", b.above, b.up_to);
+        text.push_str(&format!(
+            "  {range:<25} {:>9} {:>6} {:>12.1e}  {:.1e} to {:.1e}{verdict}\n",
+            b.searches, b.wrong, b.stated_mean, b.rate_lower95, b.rate_upper95
+        ));
+    }
+    text
 }

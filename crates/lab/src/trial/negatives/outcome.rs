@@ -3,7 +3,7 @@
 use super::kind::NegativeKind;
 use super::repeating::PatternKind;
 use overfly_core::geodesy::{CHI_SQUARE_9999, Geodetic, LocalFrame};
-use overfly_flight::locate::Answer;
+use overfly_flight::locate::{Answer, WeighedPlace};
 
 /// One trial and its result.
 #[derive(Debug, Clone)]
@@ -53,6 +53,8 @@ pub struct NegativeSearch {
     pub searched_ratio: f64,
     /// The answer.
     pub answer: Answer,
+    /// The best place that the search found, accepted or not.
+    pub best: Option<WeighedPlace>,
     /// Duration from the frame in memory to the answer, milliseconds.
     pub elapsed_ms: f64,
 }
@@ -85,6 +87,12 @@ impl NegativeOutcome {
     pub fn error_m(&self) -> Option<f64> {
         let Answer::Fix(fix) = &self.search.as_ref()?.answer else { return None };
         Some(LocalFrame::at(self.place?.truth).enu_from_geodetic(fix.position).length_m())
+    }
+
+    /// Distance of the best place, accepted or not, from the true one, metres; `None` where either is missing.
+    pub fn best_error_m(&self) -> Option<f64> {
+        let best = self.search.as_ref()?.best?;
+        Some(LocalFrame::at(self.place?.truth).enu_from_geodetic(best.nadir).length_m())
     }
 
     fn is_fix(&self) -> bool {

@@ -4,6 +4,7 @@
 use super::bound::{lower95, upper95};
 use super::kind::NegativeKind;
 use super::outcome::NegativeOutcome;
+use super::probability::{ProbabilityBin, probability_bins};
 use super::repeating::PatternKind;
 use crate::trial::quantiles::Quantiles;
 use serde::Serialize;
@@ -34,6 +35,8 @@ pub struct NegativeScore {
     pub by_pattern: Vec<PatternScore>,
     /// Stated false alarms beside those observed, over all searches of frames whose ground the region does not show.
     pub calibration: Vec<CalibrationStep>,
+    /// Stated probabilities that the best place is wrong beside the share that is, over repeating ground whose true place was searched.
+    pub probabilities: Vec<ProbabilityBin>,
     /// Durations from the frame in memory to the answer, milliseconds.
     pub elapsed_ms: Option<Quantiles>,
     /// Searches at the same time.
@@ -178,6 +181,7 @@ impl NegativeScore {
                 .filter(|s| s.trials > 0)
                 .collect(),
             calibration: calibration(&all),
+            probabilities: probability_bins(&all),
             elapsed_ms: Quantiles::from_values(elapsed),
             threads,
         }
@@ -275,8 +279,13 @@ pub(crate) mod tests {
             overfly_flight::locate::Answer::Fix(fix) => fix.log10_false_alarms = log10,
             overfly_flight::locate::Answer::NoFix(no_fix) => no_fix.log10_false_alarms = log10,
         }
-        let search =
-            NegativeSearch { prior: made.prior, searched_ratio: region, answer: made.answer, elapsed_ms: 30.0 };
+        let search = NegativeSearch {
+            prior: made.prior,
+            searched_ratio: region,
+            answer: made.answer,
+            best: None,
+            elapsed_ms: 30.0,
+        };
         NegativeOutcome {
             number,
             kind,

@@ -6,7 +6,7 @@ use super::trial::NegativeTrial;
 use crate::trial::error::TrialError;
 use crate::trial::recorded_flight::RecordedFrame;
 use overfly_core::geodesy::Geodetic;
-use overfly_flight::locate::{FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_flight::locate::{FixRequest, HeadingPrior, PositionPrior, locate_weighed};
 use overfly_store::Reader;
 use std::time::Instant;
 
@@ -48,10 +48,10 @@ impl NegativeTrial {
             time_s: None,
         };
         let asked = Instant::now();
-        let answer = locate(store, &shown.gray, &request, 1)
+        let (answer, best) = locate_weighed(store, &shown.gray, &request, 1)
             .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?;
         let elapsed_ms = asked.elapsed().as_micros() as f64 / 1e3;
         let searched_ratio = shared_m2 / (2.0 * self.prior_error_m).powi(2);
-        Ok(NegativeSearch { prior: prior.centre, searched_ratio, answer, elapsed_ms })
+        Ok(NegativeSearch { prior: prior.centre, searched_ratio, answer, best, elapsed_ms })
     }
 }

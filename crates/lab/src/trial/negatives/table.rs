@@ -28,6 +28,11 @@ struct NegativeRow<'a> {
     score: Option<Decimals<4>>,
     log10_false_alarms: Option<Decimals<4>>,
     false_fix_probability: Option<Shortest>,
+    best_error_m: Option<Decimals<3>>,
+    best_false_probability: Option<Shortest>,
+    rivals: Option<usize>,
+    least_t_score: Option<Decimals<3>>,
+    blocks: Option<usize>,
     elapsed_ms: Option<Decimals<3>>,
 }
 
@@ -60,6 +65,11 @@ impl<'a> NegativeRow<'a> {
             score: score.map(Decimals),
             log10_false_alarms: o.log10_false_alarms().map(Decimals),
             false_fix_probability: probability,
+            best_error_m: o.best_error_m().map(Decimals),
+            best_false_probability: search.best.map(|best| Shortest(best.false_fix_probability)),
+            rivals: search.best.and_then(|best| best.rivals),
+            least_t_score: search.best.and_then(|best| best.least_t_score).map(Decimals),
+            blocks: search.best.and_then(|best| best.blocks),
             elapsed_ms: Some(Decimals(search.elapsed_ms)),
             ..skipped
         }
@@ -91,12 +101,12 @@ mod tests {
         ];
         let csv = csv_text(outcomes.iter().map(NegativeRow::new));
         let lines: Vec<_> = csv.lines().collect();
-        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,squared_mahalanobis,score,log10_false_alarms,false_fix_probability,elapsed_ms";
+        let header = "trial,kind,region,image,pattern,period_m,heading_known,prior_latitude_deg,prior_longitude_deg,searched_ratio,status,reason,error_m,squared_mahalanobis,score,log10_false_alarms,false_fix_probability,best_error_m,best_false_probability,rivals,least_t_score,blocks,elapsed_ms";
         assert_eq!(lines[0], header);
         assert_eq!(
             lines[1],
-            "0,noise,1,a.png,,,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,,,-2.5000,,30.000"
+            "0,noise,1,a.png,,,true,48.000000000,15.000000000,1.0000,no_fix,ambiguous,,,,-2.5000,,,,,,,30.000"
         );
-        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,,,");
+        assert_eq!(lines[3], "2,elsewhere,100,a.png,,,true,,,,skipped,,,,,,,,,,,,");
     }
 }
