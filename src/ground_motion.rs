@@ -5,19 +5,15 @@ use overfly_core::registration::relative::Motion;
 use serde::Serialize;
 
 /// Where image b's centre lies seen from image a's centre, in image a's own axes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct GroundMotion {
     /// Ground sample distance of image a, metres per pixel.
-    #[schema(required = false)]
     pub gsd_m_per_px: f64,
     /// Towards image a's right edge, metres.
-    #[schema(required = false)]
     pub right_m: f64,
     /// Towards image a's upper edge, metres.
-    #[schema(required = false)]
     pub ahead_m: f64,
     /// Distance between the centres, metres.
-    #[schema(required = false)]
     pub distance_m: f64,
 }
 

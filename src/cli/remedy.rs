@@ -13,7 +13,8 @@ pub fn locate_remedy(error: &LocateError) -> Option<&'static str> {
         | LocateError::Missing { .. }
         | LocateError::Conflict { .. }
         | LocateError::Cancelled
-        | LocateError::TooWide { .. } => None,
+        | LocateError::TooWide { .. }
+        | LocateError::TooManyTiles { .. } => None,
     }
 }
 

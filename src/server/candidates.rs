@@ -1,14 +1,22 @@
-//! `GET /v1/candidates`: the tiles to search.
+//! `GET /v1/candidates`: the tiles to search for a position and its uncertainty; `POST /v1/candidates`: those that a fix searches.
 
-use super::dto::CandidatesJson;
+use super::dto::{CandidatesJson, FixParametersJson};
 use super::error::ServerError;
+use super::fix_request::fix_request;
+use super::json_body::JsonBody;
+use super::no_query::NoQuery;
 use super::problem::Problem;
 use super::query::{Query, QueryError};
 use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
+use axum::body::Body;
 use axum::extract::RawQuery;
-use overfly_flight::locate::candidates::CandidateParameters;
+use axum::http::HeaderMap;
+use overfly_flight::locate::candidates::{CandidateParameters, searched_candidates};
+
+/// Largest request for the candidates of a fix.
+const MOST_BYTES: usize = 64 << 10;
 
 /// The parameters of this path.
 pub(super) const PARAMETERS: &[&str] = &[
@@ -72,6 +80,38 @@ pub(super) async fn get(Served(state): Served, RawQuery(raw): RawQuery) -> Resul
     let query = parameters(&Query::read(raw.as_deref(), PARAMETERS)?)?.query()?;
     let (store, residents) = (state.store.reader.clone(), state.store.residents.clone());
     let found = state.work.run(WorkClass::Short, move || residents.candidates(&store, &query)).await??;
+    Ok(Json(found.into()))
+}
+
+/// The tiles that a fix with the same `request` searches, best first.
+///
+/// Takes what `POST /v1/fixes` takes as `request`; `height_m` and `camera` are required, for there is no image. `region` is the ground
+/// that the fix compares: its position prior, widened by the uncertainty of pitch and roll, and by the footprint of a frame.
+/// Probabilities are of the nadir, which is the point that the fix answers. A fix that is refused without a search (outside the
+/// map, or the camera sees the horizon) searches no tile.
+#[utoipa::path(
+    post, path = "/v1/candidates", operation_id = "candidates_of_fix", tag = "search", request_body = FixParametersJson,
+    responses(
+        (status = 200, description = "The tiles that a fix searches, best first", body = CandidatesJson),
+        (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn post(
+    Served(state): Served,
+    _: NoQuery,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Json<CandidatesJson>, ServerError> {
+    let body = JsonBody::read(&state, &headers, body, MOST_BYTES).await?;
+    let parameters: FixParametersJson = body.object()?;
+    let (store, most) = (state.store.reader.clone(), state.limits.tiles);
+    let found = state
+        .work
+        .run(WorkClass::Query, move || -> Result<_, ServerError> {
+            let request = fix_request(&store, &parameters)?;
+            Ok(searched_candidates(&store, &request, most)?)
+        })
+        .await??;
     Ok(Json(found.into()))
 }
 

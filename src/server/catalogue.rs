@@ -41,7 +41,7 @@ pub(super) struct StoreReply {
 }
 
 /// The store and what it holds.
-#[utoipa::path(get, path = "/v1/store", tag = "store", responses((status = 200, description = "The store", body = StoreReply)))]
+#[utoipa::path(get, path = "/v1/store", operation_id = "store", tag = "store", responses((status = 200, description = "The store", body = StoreReply)))]
 pub(super) async fn store(Served(state): Served, _: NoQuery) -> Json<StoreReply> {
     let store = &state.store.reader;
     Json(StoreReply {
@@ -58,7 +58,7 @@ pub(super) async fn store(Served(state): Served, _: NoQuery) -> Json<StoreReply>
 }
 
 /// The layers, by name.
-#[utoipa::path(get, path = "/v1/layers", tag = "store", responses((status = 200, description = "The layers", body = Vec<LayerJson>)))]
+#[utoipa::path(get, path = "/v1/layers", operation_id = "layers", tag = "store", responses((status = 200, description = "The layers", body = Vec<LayerJson>)))]
 pub(super) async fn layers(Served(state): Served, _: NoQuery) -> Json<Vec<LayerJson>> {
     Json(state.store.reader.layers().iter().map(LayerJson::from).collect())
 }

@@ -3,6 +3,7 @@
 use super::error::ServerError;
 use axum::Router;
 use axum::extract::Request;
+use axum::http::Method;
 use axum::middleware::{Next, from_fn};
 use axum::response::{IntoResponse, Response};
 use axum::serve::Listener;
@@ -28,7 +29,7 @@ const BUFFER_BYTES: usize = 64 << 10;
 const RESERVED: u32 = 64;
 /// The longest time for the head of a request on a reserved connection, and in which its reader takes nothing.
 const RESERVED_TIME: Duration = Duration::from_secs(2);
-/// What is answered on a reserved connection.
+/// What is answered on a reserved connection, without a body of the request.
 const ESSENTIAL: [&str; 3] = ["/healthz", "/readyz", "/v1/candidates"];
 
 /// How a connection is served.
@@ -77,7 +78,7 @@ pub(super) async fn answer<L: Listener>(mut listener: L, app: Router, stop: impl
 
 /// Refuses what can wait.
 async fn essential_only(request: Request, next: Next) -> Response {
-    if ESSENTIAL.contains(&request.uri().path()) {
+    if request.method() != Method::POST && ESSENTIAL.contains(&request.uri().path()) {
         next.run(request).await
     } else {
         ServerError::Crowded.into_response()

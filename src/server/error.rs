@@ -187,6 +187,7 @@ fn locate_status(error: &LocateError) -> StatusCode {
         | LocateError::Missing { .. }
         | LocateError::Conflict { .. }
         | LocateError::TooWide { .. }
+        | LocateError::TooManyTiles { .. }
         | LocateError::MemoryLimit { .. } => StatusCode::BAD_REQUEST,
     }
 }

@@ -1,6 +1,6 @@
 //! `Job`: one export, while it is being written and after it has ended.
 
-use super::dto::{ExportEntry, ExportProgress};
+use super::dto::{ExportEntry, ExportProgress, ExportStatus};
 use super::error::ServerError;
 use super::export_failure::ExportFailure;
 use axum::http::StatusCode;
@@ -94,9 +94,11 @@ impl Job {
 
     /// How much is written.
     pub fn progress(&self) -> ExportProgress {
+        let done = self.outcome().is_some();
         ExportProgress {
+            status: if done { ExportStatus::Done } else { ExportStatus::UnderWay },
             id: self.id.clone(),
-            done: self.outcome().is_some(),
+            done,
             tiles_done: self.done.load(Ordering::Relaxed),
             tiles: self.total.load(Ordering::Relaxed),
         }
@@ -104,7 +106,7 @@ impl Job {
 
     /// The export as it is listed.
     pub fn entry(&self) -> ExportEntry {
-        let ExportProgress { id, done, tiles_done, tiles } = self.progress();
+        let ExportProgress { id, done, tiles_done, tiles, .. } = self.progress();
         ExportEntry {
             id,
             done,

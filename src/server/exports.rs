@@ -1,11 +1,11 @@
 //! `/v1/exports`: cuts out what one flight needs, for the aircraft's storage. On the ground only.
 
+use super::binary::stated_media_type;
 use super::dto::{ExportAnswer, ExportEntry, ExportParameters, ExportPreview, ExportProgress};
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
 use super::export_job::export_failure;
 use super::export_jobs::{ExportJob, ExportJobs};
-use super::form_error::FormError;
 use super::json_body::JsonBody;
 use super::no_query::NoQuery;
 use super::problem::Problem;
@@ -54,12 +54,11 @@ pub(super) fn routes(state: &ServiceState) -> OpenApiRouter<ServiceState> {
 
 /// Begins an export, or answers what it would take (`dry_run`). The export is not signed; `overfly export --sign` does that on the machine that has the key.
 #[utoipa::path(
-    post, path = "/v1/exports", tag = "exports", request_body = ExportParameters,
+    post, path = "/v1/exports", operation_id = "begin_export", tag = "exports", request_body = ExportParameters,
     responses(
         (status = 200, description = "The export exists already: fetch it at its `Location`; or the answer to a dry run", body = ExportAnswer),
         (status = 202, description = "The export has begun or is running: ask for it at its `Location`", body = ExportProgress),
         (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The service failed, or another export is being written", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(
@@ -70,7 +69,7 @@ pub(super) async fn post(
     body: Body,
 ) -> Result<Response, ServerError> {
     let body = JsonBody::read(&state, &headers, body, MOST_BYTES).await?;
-    let parsed = state.work.run(WorkClass::Parsing, move || parse(&body.bytes)).await?;
+    let parsed = state.work.run(WorkClass::Parsing, move || parse(&body)).await?;
     let (parameters, request) = parsed?;
     for name in &parameters.layers {
         state.store.reader.layer(name)?;
@@ -122,17 +121,16 @@ pub(super) async fn delete(
 
 /// The file of an export, whole or in ranges; its progress while it is being written; or why it failed.
 #[utoipa::path(
-    get, path = "/v1/exports/{id}", tag = "exports",
+    get, path = "/v1/exports/{id}", operation_id = "export", tag = "exports",
     params(
         ("id" = String, Path, description = "The name from the answer of `POST /v1/exports`"),
         ("range" = Option<String>, Header, description = "A range of bytes: the answer is 206 with these bytes"),
     ),
     responses(
-        (status = 200, description = "The GeoPackage; its ETag is the digest in its seal", content_type = "application/geopackage+sqlite3"),
+        (status = 200, description = "The GeoPackage; its ETag is the digest in its seal", content((Vec<u8> = "application/geopackage+sqlite3"), (Vec<u8> = "application/octet-stream"))),
         (status = 202, description = "The export is being written: ask again", body = ExportProgress),
-        (status = 206, description = "The requested range", content_type = "application/geopackage+sqlite3"),
+        (status = 206, description = "The requested range", content((Vec<u8> = "application/geopackage+sqlite3"), (Vec<u8> = "application/octet-stream"))),
         (status = "4XX", description = "No such export, or the export is not possible", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The export failed", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn get(
@@ -164,6 +162,7 @@ async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request
     let same = headers.get(IF_RANGE).is_none_or(|begun| *begun == tag.as_str());
     let range = headers.get(RANGE).filter(|_| same).and_then(|range| range.to_str().ok());
     let asked = RequestedRange::parse(range, len);
+    let media_type = stated_media_type(headers, GEOPACKAGE).to_owned();
     // The range is decided here; the other headers must not change it.
     headers.clear();
     match asked {
@@ -173,7 +172,7 @@ async fn file(path: &FilePath, id: &str, file_digest: &str, mut request: Request
             headers.insert(RANGE, HeaderValue::from_str(&format!("bytes={first}-{last}")).expect("digits"));
         }
     }
-    let mime = GEOPACKAGE.parse().expect("a media type");
+    let mime = media_type.parse().expect("a media type");
     let mut response = ServeFile::new_with_mime(path, &mime).try_call(request).await.map_err(failed)?.into_response();
     let short = id.get(..12).unwrap_or(id);
     let name = format!("attachment; filename=\"overfly-{short}.gpkg\"");
@@ -193,9 +192,8 @@ fn beyond(len: u64) -> Response {
 }
 
 /// Parses a body: what was asked, and what the library is to do.
-fn parse(body: &[u8]) -> Result<(ExportParameters, ExportRequest), ServerError> {
-    let parameters: ExportParameters =
-        serde_json::from_slice(body).map_err(|e| FormError::NotJson { name: "body", reason: e.to_string() })?;
+fn parse(body: &JsonBody) -> Result<(ExportParameters, ExportRequest), ServerError> {
+    let parameters: ExportParameters = body.object()?;
     let request = request(&parameters)?;
     Ok((parameters, request))
 }

@@ -2,6 +2,7 @@
 
 use super::dto::{AnswerJson, FixParametersJson};
 use super::error::ServerError;
+use super::fix_request::fix_request;
 use super::form::Form;
 use super::no_query::NoQuery;
 use super::problem::Problem;
@@ -9,7 +10,7 @@ use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
 use axum::extract::Request;
-use overfly_flight::locate::{FixParameters, candidates::default_layer, locate_cancellable};
+use overfly_flight::locate::locate_cancellable;
 use std::time::Instant;
 
 /// The form of a fix.
@@ -32,26 +33,22 @@ pub(super) struct FixForm {
     responses(
         (status = 200, description = "A fix, or no fix with the reason", body = AnswerJson),
         (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The service failed or is busy", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(Served(state): Served, _: NoQuery, request: Request) -> Result<Json<AnswerJson>, ServerError> {
     let mut form = Form::read(&state, request, &["image", "request"]).await?;
     let parameters: FixParametersJson = form.json("request")?;
     let bytes = form.take("image")?;
-    let work = state.work.clone();
+    let (work, metrics) = (state.work.clone(), state.metrics.clone());
     let answer = work
         .run_cancellable(WorkClass::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
-            let layer = match &parameters.layer {
-                Some(name) => state.store.reader.layer(name)?,
-                None => default_layer(&state.store.reader)?,
-            };
-            let request = FixParameters::from(&parameters).request(&layer.name)?;
+            let request = fix_request(&state.store.reader, &parameters)?;
             let frame = state.limits.frame("image", &bytes)?;
             let start = Instant::now();
             let answer = locate_cancellable(&state.store.reader, &frame, &request, state.limits.threads, cancellation)?;
             Ok(AnswerJson::new(answer, start.elapsed().as_micros() as f64 / 1e3))
         })
         .await??;
+    metrics.count_fix(&answer);
     Ok(Json(answer))
 }

@@ -3,6 +3,7 @@
 use super::body::{in_time, metered};
 use super::error::ServerError;
 use super::form_error::FormError;
+use super::json_object::object;
 use super::state::ServiceState;
 use super::work::Upload;
 use axum::extract::multipart::MultipartError;
@@ -55,11 +56,7 @@ impl Form {
             Err(FormError::Missing { .. }) => b"{}".to_vec(),
             other => other?,
         };
-        // Serde also takes a list for a struct whose keys all have defaults.
-        if bytes.iter().find(|b| !b.is_ascii_whitespace()) != Some(&b'{') {
-            return Err(FormError::NotJson { name, reason: "expected an object".to_owned() });
-        }
-        serde_json::from_slice(&bytes).map_err(|e| FormError::NotJson { name, reason: e.to_string() })
+        object(name, &bytes)
     }
 }
 

@@ -3,19 +3,20 @@
 use super::body::{in_time, metered, stated_bytes};
 use super::error::ServerError;
 use super::form_error::FormError;
+use super::json_object::object;
 use super::state::ServiceState;
 use super::work::Upload;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::http::HeaderMap;
 use axum::http::header::CONTENT_TYPE;
 use http_body_util::LengthLimitError;
+use serde::de::DeserializeOwned;
 use std::error::Error;
 
 /// A JSON text in memory, which is reserved until it is dropped. Whether it is JSON is not known yet.
 #[derive(Debug)]
 pub(super) struct JsonBody {
-    /// The text.
-    pub bytes: Bytes,
+    bytes: Bytes,
     _place: Upload,
 }
 
@@ -46,6 +47,14 @@ impl JsonBody {
         let read = in_time(state, async { to_bytes(body, limit_bytes).await.map_err(broken) }).await;
         let (bytes, place) = meter.finish(read)?;
         Ok(Self { bytes, _place: place })
+    }
+
+    /// Parses the text, which must be an object: Serde also takes a list for a struct.
+    ///
+    /// # Errors
+    /// [`FormError::NotJson`].
+    pub(super) fn object<T: DeserializeOwned>(&self) -> Result<T, FormError> {
+        object("body", &self.bytes)
     }
 }
 

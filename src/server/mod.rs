@@ -15,11 +15,13 @@
 
 mod access;
 mod address;
+mod binary;
 mod body;
 mod candidates;
 mod catalogue;
 mod connections;
 mod detail;
+mod document;
 pub(crate) mod dto;
 mod entity_tag;
 mod error;
@@ -37,13 +39,14 @@ mod exports;
 #[cfg(not(feature = "preflight"))]
 #[path = "no_exports.rs"]
 mod exports;
+mod fix_request;
 mod fixes;
 mod form;
 mod form_error;
 mod guard;
 mod health;
-#[cfg(feature = "preflight")]
 mod json_body;
+mod json_object;
 mod limits;
 mod listen;
 mod metered_body;
@@ -53,6 +56,7 @@ mod no_query;
 mod operations;
 mod page;
 mod problem;
+mod problem_code;
 mod public_address;
 mod query;
 mod range;

@@ -36,7 +36,6 @@ pub(super) struct MotionForm {
     responses(
         (status = 200, description = "A motion, or no motion with the reason", body = MotionReply),
         (status = "4XX", description = "The request is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "The service failed or is busy", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn post(
@@ -61,6 +60,7 @@ pub(super) async fn post(
             Ok(MotionReply::new(answer, gsd_m_per_px, elapsed_ms))
         })
         .await??;
+    state.metrics.count_motion(&reply);
     Ok(Json(reply))
 }
 

@@ -3,7 +3,6 @@
 use super::detail::detail;
 use super::error::ServerError;
 use super::health::Health;
-use super::problem::Problem;
 use super::served::Served;
 use super::work::WorkClass;
 use axum::http::HeaderName;
@@ -15,17 +14,16 @@ const DIGEST_HEADER: HeaderName = HeaderName::from_static("overfly-store-digest"
 
 /// Whether the process is alive. The lines after the first list damage of its store, if there is any, and when it took the place of
 /// another one; the header `overfly-store-digest` names the store.
-#[utoipa::path(get, path = "/healthz", tag = "operations", security(()), responses((status = 200, description = "The process is alive", body = String, content_type = "text/plain")))]
+#[utoipa::path(get, path = "/healthz", operation_id = "healthz", tag = "operations", security(()), responses((status = 200, description = "The process is alive", body = String, content_type = "text/plain", example = "ok\n")))]
 pub(super) async fn healthz(Served(state): Served) -> impl IntoResponse {
     ([(DIGEST_HEADER, state.store.reader.digest().to_owned())], Health::from_state(&state).text("ok"))
 }
 
 /// Whether the store can be read now: the file exists, is the one that was opened, and its pages can be read. The lines after the first list damage of the store, if there is any.
 #[utoipa::path(
-    get, path = "/readyz", tag = "operations", security(()),
+    get, path = "/readyz", operation_id = "readyz", tag = "operations", security(()),
     responses(
-        (status = 200, description = "The store can be read", body = String, content_type = "text/plain"),
-        (status = "5XX", description = "The store cannot be read", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The store can be read", body = String, content_type = "text/plain", example = "ready\n"),
     )
 )]
 pub(super) async fn readyz(Served(state): Served) -> Result<String, ServerError> {
@@ -56,7 +54,7 @@ fn tiny_window() -> overfly_core::tile::MercatorBounds {
 }
 
 /// Metrics in Prometheus's text format.
-#[utoipa::path(get, path = "/metrics", tag = "operations", responses((status = 200, description = "Metrics", body = String, content_type = "text/plain")))]
+#[utoipa::path(get, path = "/metrics", operation_id = "metrics", tag = "operations", responses((status = 200, description = "Metrics", body = String, content_type = "text/plain", example = "overfly_store_tiles 64\n")))]
 pub(super) async fn metrics(Served(state): Served) -> impl IntoResponse {
     let layers = state.store.reader.layers();
     let text = state.metrics.render(layers.len(), layers.iter().map(|l| l.tiles).sum());

@@ -1,5 +1,6 @@
 //! `Problem`: a problem document (RFC 9457).
 
+use super::problem_code::ProblemCode;
 use axum::Json;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, RETRY_AFTER};
 use axum::http::{HeaderValue, StatusCode};
@@ -23,7 +24,7 @@ pub struct Problem {
     #[schema(example = 400)]
     pub status: u16,
     /// A stable code word for the problem.
-    #[schema(example = "parameter_out_of_range")]
+    #[schema(value_type = ProblemCode)]
     pub code: &'static str,
     /// What happened and what to do.
     #[schema(example = "drift_m = -1: expected metres, at least 0 and finite")]

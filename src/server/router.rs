@@ -1,6 +1,7 @@
 //! `router`: the routes, and the layers around every handler.
 
 use super::access::Access;
+use super::document::{Api, finished};
 use super::error::ServerError;
 use super::guard::admit;
 use super::metrics::observe;
@@ -22,29 +23,10 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-#[derive(OpenApi)]
-#[openapi(
-    info(
-        title = "overfly",
-        description = "A tile database for flying without GPS: which tiles to search, and where a camera frame was taken. \
-            Each name ends in its unit: degrees, metres or seconds. Positions are WGS84.",
-        license(name = "MIT OR Apache-2.0")
-    ),
-    tags(
-        (name = "search", description = "Tiles to search"),
-        (name = "registration", description = "Fixes and motions"),
-        (name = "store", description = "Content of the store"),
-        (name = "tiles", description = "Imagery and descriptors"),
-        (name = "exports", description = "Extracts of the store for one flight; on the ground only"),
-        (name = "operations", description = "Health and metrics, for operators")
-    )
-)]
-struct Api;
-
 /// The routes of the service. Onboard, no route writes.
 pub fn router(state: ServiceState) -> Router {
     let store_routes = OpenApiRouter::new()
-        .routes(routes!(candidates::get))
+        .routes(routes!(candidates::get, candidates::post))
         .routes(routes!(fixes::post))
         .routes(routes!(motions::post))
         .routes(routes!(catalogue::store))
@@ -67,7 +49,7 @@ pub fn router(state: ServiceState) -> Router {
         session::describe(&mut api);
     }
     // Written once: a client may ask for it over and over.
-    let api = Bytes::from(serde_json::to_vec(&api).expect("the description serialises"));
+    let api = Bytes::from(finished(&api).to_string());
     let with_pages = router
         .route("/openapi.json", get(move || async move { ([(CONTENT_TYPE, "application/json")], api) }))
         .route("/", get(page::index))

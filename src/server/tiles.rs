@@ -1,5 +1,6 @@
 //! `GET /v1/tiles/...`: imagery, descriptors and TileJSON.
 
+use super::binary::{OCTET_STREAM, stated_media_type};
 use super::dto::TileJson;
 use super::entity_tag::{etag, unchanged};
 use super::error::ServerError;
@@ -11,7 +12,7 @@ use super::work::WorkClass;
 use axum::Json;
 use axum::extract::Path;
 use axum::extract::rejection::PathRejection;
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG};
+use axum::http::header::{ACCEPT, CACHE_CONTROL, CONTENT_TYPE, ETAG, VARY};
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
 use overfly_core::tile::TileId;
@@ -48,7 +49,7 @@ fn name(path: TilePath) -> Result<(String, TileId), ServerError> {
         ("if-none-match" = Option<String>, Header, description = "An earlier ETag: the answer is 304 if the content is unchanged"),
     ),
     responses(
-        (status = 200, description = "The image; its ETag is the BLAKE3 of the tile's content", content(("image/jpeg"), ("image/png"), ("image/webp"))),
+        (status = 200, description = "The image; its ETag is the BLAKE3 of the tile's content", content((Vec<u8> = "image/jpeg"), (Vec<u8> = "image/png"), (Vec<u8> = "image/webp"), (Vec<u8> = "application/octet-stream"))),
         (status = 304, description = "Unchanged"),
         (status = "4XX", description = "Not a tile, or the layer does not have it", body = Problem, content_type = "application/problem+json"),
     )
@@ -73,13 +74,14 @@ pub(super) async fn image(
     if unchanged(&headers, &tag) {
         return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag), (CACHE_CONTROL, CACHE.into())]).into_response());
     }
-    let headers = [(CONTENT_TYPE, found.media_type.to_owned()), (ETAG, tag), (CACHE_CONTROL, CACHE.into())];
+    let media_type = stated_media_type(&headers, found.media_type).to_owned();
+    let headers = [(CONTENT_TYPE, media_type), (ETAG, tag), (CACHE_CONTROL, CACHE.into()), (VARY, ACCEPT.to_string())];
     Ok((headers, found.bytes).into_response())
 }
 
 /// The keypoint descriptors of a tile: the blob that migrations/README.md describes.
 #[utoipa::path(
-    get, path = "/v1/tiles/{layer}/{z}/{x}/{y}/descriptors", tag = "tiles",
+    get, path = "/v1/tiles/{layer}/{z}/{x}/{y}/descriptors", operation_id = "descriptors", tag = "tiles",
     params(
         ("layer" = String, Path, description = "Layer"),
         ("z" = u8, Path, description = "Zoom"),
@@ -121,12 +123,12 @@ pub(super) async fn descriptors(
     if unchanged(&headers, &tag) {
         return Ok((StatusCode::NOT_MODIFIED, kept).into_response());
     }
-    Ok((kept, [(CONTENT_TYPE, "application/octet-stream")], blob).into_response())
+    Ok((kept, [(CONTENT_TYPE, OCTET_STREAM)], blob).into_response())
 }
 
 /// The TileJSON of a layer, for map viewers.
 #[utoipa::path(
-    get, path = "/v1/tiles/{layer}/tilejson.json", tag = "tiles",
+    get, path = "/v1/tiles/{layer}/tilejson.json", operation_id = "tile_json", tag = "tiles",
     params(("layer" = String, Path, description = "Layer")),
     responses(
         (status = 200, description = "TileJSON", body = TileJson),

@@ -31,7 +31,8 @@ pub struct Reply {
 }
 
 impl Reply {
-    fn json(&self) -> Value {
+    /// The body as JSON.
+    pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {:?}", String::from_utf8_lossy(&self.body)))
     }
 
@@ -54,7 +55,8 @@ impl Stand {
         Self::with(Service::Preflight, Limits::default())
     }
 
-    fn with(service: Service, limits: Limits) -> Self {
+    /// A service of a kind, within limits.
+    pub fn with(service: Service, limits: Limits) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.gpkg");
         let tiles: Vec<TileId> = (0..16).map(|i| TileId::new(ZOOM, COLUMN + i % 4, ROW + i / 4).unwrap()).collect();
@@ -66,7 +68,8 @@ impl Stand {
         Self { folder, app: router(ServiceState::new(store, service, limits)) }
     }
 
-    fn send(&self, request: Request<Body>) -> Reply {
+    /// The answer to a request.
+    pub fn send(&self, request: Request<Body>) -> Reply {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
         runtime.block_on(async {
             let response = self.app.clone().oneshot(request).await.unwrap();
@@ -75,11 +78,13 @@ impl Stand {
         })
     }
 
-    fn get(&self, path: &str) -> Reply {
+    /// The answer to a GET.
+    pub fn get(&self, path: &str) -> Reply {
         self.send(Request::get(path).body(Body::empty()).unwrap())
     }
 
-    fn post(&self, path: &str, parts: &[(&str, &[u8])]) -> Reply {
+    /// The answer to a form.
+    pub fn post(&self, path: &str, parts: &[(&str, &[u8])]) -> Reply {
         let content_type = format!("multipart/form-data; boundary={BOUNDARY}");
         self.send(Request::post(path).header(CONTENT_TYPE, content_type).body(Body::from(form(parts))).unwrap())
     }
@@ -96,7 +101,8 @@ fn form(parts: &[(&str, &[u8])]) -> Vec<u8> {
     body
 }
 
-fn png(width_px: u32, height_px: u32) -> Vec<u8> {
+/// A frame.
+pub fn png(width_px: u32, height_px: u32) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let image = image::GrayImage::from_fn(width_px, height_px, |x, y| image::Luma([((x * 7) ^ (y * 13)) as u8]));
     image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
@@ -664,6 +670,35 @@ fn those_who_run_it_see_how_it_fares() {
     );
     assert!(text.contains("overfly_http_request_seconds_bucket") && text.contains("overfly_store_tiles 16"), "{text}");
     assert!(!text.contains("nothing/here"));
+}
+
+#[test]
+fn fixes_and_motions_are_counted_by_their_outcome() {
+    let stand = Stand::new();
+    let metrics = || String::from_utf8(stand.get("/metrics").body).unwrap();
+    assert!(metrics().contains("\noverfly_fixes_total 0\n"), "{}", metrics());
+    let frame = png(128, 96);
+    let (latitude_deg, longitude_deg) = centre();
+    let ask = |latitude_deg: f64| {
+        let request = serde_json::json!({
+            "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "sigma_m": 100, "heading_deg": 10, "gsd_m_per_px": 3,
+        });
+        stand.post("/v1/fixes", &[("image", &frame), ("request", request.to_string().as_bytes())]).json()
+    };
+    assert_eq!(ask(latitude_deg - 2.0)["reason"], "outside_map");
+    assert_eq!(ask(latitude_deg - 3.0)["reason"], "outside_map");
+    stand.post("/v1/motions", &[("image_a", &frame), ("image_b", &frame), ("request", REQUEST)]);
+    let text = metrics();
+    for line in [
+        "# TYPE overfly_no_fixes_total counter",
+        r#"overfly_no_fixes_total{reason="outside_map"} 2"#,
+        "overfly_fix_seconds_count 2",
+        r#"overfly_no_motions_total{reason="identical_images"} 1"#,
+        "overfly_motion_seconds_count 1",
+        "# HELP overfly_fix_seconds Time from a decoded frame to a fix or no fix",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line}: {text}");
+    }
 }
 
 #[test]

@@ -5,7 +5,19 @@ use super::sources::{root, rust_files};
 use std::path::PathBuf;
 
 /// Things that tests may need, as `.ci/run` knows them.
-const THINGS: &[&str] = &["brighton", "chia", "curl", "gdal", "naip", "namespaces", "openssl", "strace"];
+const THINGS: &[&str] = &[
+    "brighton",
+    "chia",
+    "curl",
+    "gdal",
+    "naip",
+    "namespaces",
+    "openapi_generator",
+    "openapi_python_client",
+    "openssl",
+    "schemathesis",
+    "strace",
+];
 
 /// A file or folder of the real imagery, which lies beside the repository.
 pub fn real_data(path: &str) -> PathBuf {

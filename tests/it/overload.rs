@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 const HELD: usize = 512;
 
 /// A service over the drawn landscape, on the ground or onboard.
-fn served(folder: &Path, is_onboard: bool) -> ServedStore {
+pub fn served(folder: &Path, is_onboard: bool) -> ServedStore {
     let program = Path::new(env!("CARGO_BIN_EXE_overfly"));
     let log = folder.join("log");
     if is_onboard {

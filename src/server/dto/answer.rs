@@ -1,5 +1,6 @@
 //! `AnswerJson`: a fix, or no fix and why.
 
+use super::stable_word::stable_word;
 use overfly_core::geodesy::Geodetic;
 use overfly_flight::locate::{Answer, Fix, NoFix, PositionOf, Reason};
 use serde::Serialize;
@@ -7,13 +8,27 @@ use utoipa::ToSchema;
 
 /// A fix, or no fix with the reason. `status` is "fix" or "no_fix".
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = Answer)]
-#[serde(tag = "status", rename_all = "snake_case")]
+#[schema(as = Answer, discriminator(property_name = "status", mapping(
+    ("fix" = "#/components/schemas/Fix"), ("no_fix" = "#/components/schemas/NoFix"),
+)))]
+#[serde(untagged)]
 pub(crate) enum AnswerJson {
-    /// Located.
     Fix(FixJson),
-    /// Not located.
     NoFix(NoFixJson),
+}
+
+/// The `status` of a fix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum FixStatus {
+    Fix,
+}
+
+/// The `status` of an answer without a fix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum NoFixStatus {
+    NoFix,
 }
 
 /// A position on the ground, degrees.
@@ -30,6 +45,8 @@ pub(crate) struct PointJson {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Fix)]
 pub(crate) struct FixJson {
+    /// "fix".
+    status: FixStatus,
     /// Latitude of the point that `position_of` names, degrees north.
     latitude_deg: f64,
     /// Longitude of that point, degrees east.
@@ -45,6 +62,7 @@ pub(crate) struct FixJson {
     /// One standard deviation of the scale, as a ratio.
     scale_sigma_ratio: f64,
     /// [[east-east, east-north], [east-north, north-north]], m^2; the map's own error and the attitude's included.
+    #[schema(min_items = 2, max_items = 2)]
     covariance_m2: [[f64; 2]; 2],
     /// The standard deviation of pitch and roll that `covariance_m2` carries, degrees, stated or assumed; null if no height is known.
     attitude_sigma_deg: Option<f64>,
@@ -58,6 +76,7 @@ pub(crate) struct FixJson {
     /// The ground at the centre of the image.
     image_centre: PointJson,
     /// Covariance of `image_centre`, m^2, as `covariance_m2`; what registration measures, whatever the attitude.
+    #[schema(min_items = 2, max_items = 2)]
     image_centre_covariance_m2: [[f64; 2]; 2],
     /// Number of local windows that agree.
     inliers: usize,
@@ -88,6 +107,8 @@ pub(crate) enum PositionOfJson {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = NoFix)]
 pub(crate) struct NoFixJson {
+    /// "no_fix".
+    status: NoFixStatus,
     /// A stable word for the reason.
     reason: ReasonJson,
     /// The figures behind the reason, for people.
@@ -138,6 +159,20 @@ impl AnswerJson {
             Answer::NoFix(no_fix) => Self::NoFix(NoFixJson::new(no_fix, elapsed_ms)),
         }
     }
+
+    /// Why there is no fix, as a stable word; `None` for a fix.
+    pub(crate) fn no_fix_reason(&self) -> Option<String> {
+        match self {
+            Self::Fix(_) => None,
+            Self::NoFix(no_fix) => Some(stable_word(&no_fix.reason)),
+        }
+    }
+
+    /// Time from the decoded frame to this answer, seconds.
+    pub(crate) fn elapsed_s(&self) -> f64 {
+        let (Self::Fix(FixJson { elapsed_ms, .. }) | Self::NoFix(NoFixJson { elapsed_ms, .. })) = self;
+        elapsed_ms / 1e3
+    }
 }
 
 impl From<Geodetic> for PointJson {
@@ -149,6 +184,7 @@ impl From<Geodetic> for PointJson {
 impl FixJson {
     fn new(fix: Fix, elapsed_ms: f64) -> Self {
         Self {
+            status: FixStatus::Fix,
             latitude_deg: fix.position.latitude_deg(),
             longitude_deg: fix.position.longitude_deg(),
             position_of: fix.position_of.into(),
@@ -176,6 +212,7 @@ impl FixJson {
 impl NoFixJson {
     fn new(no_fix: NoFix, elapsed_ms: f64) -> Self {
         Self {
+            status: NoFixStatus::NoFix,
             reason: no_fix.reason.into(),
             detail: no_fix.detail,
             score: no_fix.score,

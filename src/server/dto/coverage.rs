@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 #[schema(as = Coverage)]
 pub(crate) struct CoverageJson {
     /// "FeatureCollection".
-    r#type: &'static str,
+    r#type: CoverageType,
     /// The layers, by name.
     features: Vec<CoveredLayerJson>,
 }
@@ -20,11 +20,23 @@ pub(crate) struct CoverageJson {
 #[schema(as = CoveredLayer)]
 pub(crate) struct CoveredLayerJson {
     /// "Feature".
-    r#type: &'static str,
+    r#type: FeatureType,
     /// Disjoint rectangles that together cover the layer's tiles.
     geometry: GeometryJson,
     /// What the feature covers.
     properties: CoveragePropertiesJson,
+}
+
+/// The `type` of a feature collection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+enum CoverageType {
+    FeatureCollection,
+}
+
+/// The `type` of a feature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+enum FeatureType {
+    Feature,
 }
 
 /// The layer of a feature.
@@ -38,25 +50,26 @@ pub(crate) struct CoveragePropertiesJson {
     /// Number of tiles at that level.
     tiles: usize,
     /// Earliest and latest acquisition date, if known.
-    acquired: Option<(String, String)>,
+    #[schema(min_items = 2, max_items = 2)]
+    acquired: Option<[String; 2]>,
 }
 
 impl From<Coverage> for CoverageJson {
     fn from(coverage: Coverage) -> Self {
         let features = coverage.features.into_iter().map(CoveredLayerJson::from).collect();
-        Self { r#type: coverage.r#type, features }
+        Self { r#type: CoverageType::FeatureCollection, features }
     }
 }
 
 impl From<CoveredLayer> for CoveredLayerJson {
     fn from(layer: CoveredLayer) -> Self {
-        Self { r#type: layer.r#type, geometry: layer.geometry.into(), properties: layer.properties.into() }
+        Self { r#type: FeatureType::Feature, geometry: layer.geometry.into(), properties: layer.properties.into() }
     }
 }
 
 impl From<CoverageProperties> for CoveragePropertiesJson {
     fn from(properties: CoverageProperties) -> Self {
         let CoverageProperties { layer, zoom, tiles, acquired } = properties;
-        Self { layer, zoom, tiles, acquired }
+        Self { layer, zoom, tiles, acquired: acquired.map(<[String; 2]>::from) }
     }
 }

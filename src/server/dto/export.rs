@@ -1,5 +1,6 @@
 //! What an export is asked, what it would take, its progress, and how it is listed.
 
+use crate::server::problem_code::ProblemCode;
 use overfly_ingest::export::Preview;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -34,9 +35,28 @@ pub(crate) struct ExportParameters {
     pub dry_run: bool,
 }
 
+/// Whether an export has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum ExportStatus {
+    /// It is being written.
+    UnderWay,
+    /// Its file can be fetched.
+    Done,
+}
+
+/// The `status` of the answer to a dry run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum PreviewStatus {
+    Preview,
+}
+
 /// The progress of an export.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub(crate) struct ExportProgress {
+    /// "under_way" or "done".
+    pub status: ExportStatus,
     /// Name of the export, made from the store's digest and the request: equal requests get the same file.
     pub id: String,
     /// Whether the export has ended: fetch its file.
@@ -61,24 +81,30 @@ pub(crate) struct ExportEntry {
     /// Size of the finished file, bytes.
     pub bytes: Option<u64>,
     /// Why the export failed, as a stable code word.
+    #[schema(value_type = Option<ProblemCode>)]
     pub error: Option<&'static str>,
     /// Time since the export ended, seconds.
     pub age_s: Option<f64>,
 }
 
-/// The answer to a request for an export.
+/// The answer to a request for an export: its progress, or what it would take (`dry_run`). `status` says which.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(discriminator(property_name = "status", mapping(
+    ("under_way" = "#/components/schemas/ExportProgress"),
+    ("done" = "#/components/schemas/ExportProgress"),
+    ("preview" = "#/components/schemas/ExportPreview"),
+)))]
 #[serde(untagged)]
 pub(crate) enum ExportAnswer {
-    /// The export exists already.
     Begun(ExportProgress),
-    /// The answer to a dry run.
     Preview(ExportPreview),
 }
 
 /// What an export would take: the answer to a dry run.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub(crate) struct ExportPreview {
+    /// "preview".
+    status: PreviewStatus,
     /// Always true.
     dry_run: bool,
     /// The levels, by layer.
@@ -138,6 +164,7 @@ impl From<Preview> for ExportPreview {
             poor_share: c.poor_share,
         };
         Self {
+            status: PreviewStatus::Preview,
             dry_run: true,
             parts: preview.parts.into_iter().map(part).collect(),
             bytes: preview.bytes,

@@ -10,15 +10,20 @@ use utoipa::ToSchema;
 #[serde(deny_unknown_fields)]
 pub(crate) struct IntrinsicsJson {
     /// Columns of the sensor.
+    #[schema(minimum = 1)]
     width_px: u32,
     /// Rows of the sensor.
+    #[schema(minimum = 1)]
     height_px: u32,
     /// Focal length, pixels.
+    #[schema(exclusive_minimum = 0.0)]
     focal_length_px: f64,
     /// Principal point from the image's corner, pixels.
+    #[schema(min_items = 2, max_items = 2)]
     principal_point_px: [f64; 2],
     /// Distortion coefficients k1, k2, p1, p2, k3 (the OpenCV model).
     #[serde(default)]
+    #[schema(min_items = 5, max_items = 5)]
     distortion: [f64; 5],
 }
 

@@ -19,9 +19,11 @@ pub(crate) struct LayerJson {
     /// Number of tiles at all levels.
     tiles: u64,
     /// Extent, degrees: west, south, east, north. West exceeds east if the layer crosses the antimeridian.
+    #[schema(min_items = 4, max_items = 4)]
     bounds_deg: [f64; 4],
     /// Earliest and latest acquisition date of its sources, if known.
-    acquired: Option<(String, String)>,
+    #[schema(min_items = 2, max_items = 2)]
+    acquired: Option<[String; 2]>,
     /// Whether the layer is finished. An unfinished layer answers no requests.
     complete: bool,
     /// BLAKE3 digest of the logical content, hexadecimal; null while the layer is unfinished.
@@ -37,7 +39,7 @@ impl From<&Layer> for LayerJson {
             base_tiles: layer.base_tiles,
             tiles: layer.tiles,
             bounds_deg: layer.bounds_deg.into(),
-            acquired: layer.acquired.clone(),
+            acquired: layer.acquired.clone().map(<[String; 2]>::from),
             complete: layer.complete,
             digest: layer.digest.clone(),
         }

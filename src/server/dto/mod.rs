@@ -10,13 +10,14 @@ mod geometry;
 mod intrinsics;
 mod layer;
 mod motion;
+mod stable_word;
 mod tile_json;
 
 pub(crate) use answer::AnswerJson;
 pub(super) use candidates::CandidatesJson;
 pub(super) use coverage::CoverageJson;
 #[cfg(feature = "preflight")]
-pub(super) use export::{ExportAnswer, ExportEntry, ExportParameters, ExportPreview, ExportProgress};
+pub(super) use export::{ExportAnswer, ExportEntry, ExportParameters, ExportPreview, ExportProgress, ExportStatus};
 pub(super) use fix_parameters::FixParametersJson;
 pub(super) use layer::LayerJson;
 pub(super) use motion::{MotionParameters, MotionReply};

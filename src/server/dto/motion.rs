@@ -1,6 +1,7 @@
 //! `MotionReply`: how one frame lies on another; `MotionParameters`: what is known before.
 
 use super::intrinsics::IntrinsicsJson;
+use super::stable_word::stable_word;
 use crate::ground_motion::GroundMotion;
 use overfly_core::camera::Intrinsics;
 use overfly_core::registration::relative::{Motion, MotionAnswer, NoMotionReason};
@@ -21,34 +22,43 @@ pub(crate) struct MotionParameters {
     pub camera: Option<IntrinsicsJson>,
 }
 
-/// How image b lies on image a, or no motion with the reason.
+/// How image b lies on image a, or no motion with the reason. `status` is "motion" or "no_motion".
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub(crate) struct MotionReply {
-    /// The registration.
-    #[serde(flatten)]
-    answer: MotionAnswerJson,
-    /// The motion on the ground, if a scale was given.
-    #[serde(flatten)]
-    #[schema(value_type = GroundMotion)]
-    ground: Option<GroundMotion>,
-    /// Time from the decoded frames to this answer, milliseconds.
-    elapsed_ms: f64,
+#[schema(discriminator(property_name = "status", mapping(
+    ("motion" = "#/components/schemas/Motion"), ("no_motion" = "#/components/schemas/NoMotion"),
+)))]
+#[serde(untagged)]
+pub(crate) enum MotionReply {
+    Motion(MotionJson),
+    NoMotion(NoMotionJson),
 }
 
-/// How frame b lies on frame a, or no motion with the reason.
+/// The `status` of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum MotionStatus {
+    Motion,
+}
+
+/// The `status` of an answer without a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum NoMotionStatus {
+    NoMotion,
+}
+
+/// No motion.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = MotionAnswer)]
-#[serde(tag = "status", rename_all = "snake_case")]
-pub(crate) enum MotionAnswerJson {
-    /// Registered.
-    Motion(MotionJson),
-    /// Not registered.
-    NoMotion {
-        /// The reason, as a stable word.
-        reason: NoMotionReasonJson,
-        /// The reason, for people and logs.
-        detail: String,
-    },
+#[schema(as = NoMotion)]
+pub(crate) struct NoMotionJson {
+    /// "no_motion".
+    status: NoMotionStatus,
+    /// The reason, as a stable word.
+    reason: NoMotionReasonJson,
+    /// The reason, for people and logs.
+    detail: String,
+    /// Time from the decoded frames to this answer, milliseconds.
+    elapsed_ms: f64,
 }
 
 /// Why two frames could not be registered.
@@ -73,15 +83,20 @@ pub(crate) enum NoMotionReasonJson {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Motion)]
 pub(crate) struct MotionJson {
+    /// "motion".
+    status: MotionStatus,
     /// Row-major 2 x 3 matrix: takes a point (x, y, 1) of b to a.
+    #[schema(min_items = 2, max_items = 2)]
     a_from_b: [[f64; 3]; 2],
     /// Rotation of b against a, degrees in (-180, 180], clockwise as seen in the image.
     rotation_deg: f64,
     /// Pixels of a per pixel of b.
     scale: f64,
     /// The displacement: where b's centre lies in a minus a's centre, pixels of a.
+    #[schema(min_items = 2, max_items = 2)]
     displacement_px: [f64; 2],
     /// Covariance of `displacement_px`, px^2.
+    #[schema(min_items = 2, max_items = 2)]
     covariance_px2: [[f64; 2]; 2],
     /// One standard deviation of `rotation_deg`.
     rotation_sigma_deg: f64,
@@ -93,6 +108,20 @@ pub(crate) struct MotionJson {
     matches: usize,
     /// log10 of the number of equally large agreements expected by chance in a pair of frames (a contrario).
     log10_false_alarms: f64,
+    /// Ground sample distance of image a, metres per pixel; this and the next three only if the scale of image a was stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gsd_m_per_px: Option<f64>,
+    /// Where image b's centre lies seen from image a's, towards image a's right edge, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    right_m: Option<f64>,
+    /// Towards image a's upper edge, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ahead_m: Option<f64>,
+    /// Distance between the centres, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    distance_m: Option<f64>,
+    /// Time from the decoded frames to this answer, milliseconds.
+    elapsed_ms: f64,
 }
 
 impl MotionParameters {
@@ -107,26 +136,39 @@ impl MotionParameters {
 impl MotionReply {
     /// The reply to a registration that took `elapsed_ms`; in metres as well if image a's scale is known.
     pub fn new(answer: MotionAnswer, gsd_m_per_px: Option<f64>, elapsed_ms: f64) -> Self {
-        let ground = match (&answer, gsd_m_per_px) {
-            (MotionAnswer::Motion(motion), Some(gsd_m_per_px)) => Some(GroundMotion::new(motion, gsd_m_per_px)),
-            _ => None,
-        };
-        Self { answer: answer.into(), ground, elapsed_ms }
-    }
-}
-
-impl From<MotionAnswer> for MotionAnswerJson {
-    fn from(answer: MotionAnswer) -> Self {
         match answer {
-            MotionAnswer::Motion(motion) => Self::Motion(motion.into()),
-            MotionAnswer::NoMotion { reason, detail } => Self::NoMotion { reason: reason.into(), detail },
+            MotionAnswer::Motion(motion) => {
+                let ground = gsd_m_per_px.map(|gsd_m_per_px| GroundMotion::new(&motion, gsd_m_per_px));
+                Self::Motion(MotionJson::new(motion, ground, elapsed_ms))
+            }
+            MotionAnswer::NoMotion { reason, detail } => {
+                let status = NoMotionStatus::NoMotion;
+                Self::NoMotion(NoMotionJson { status, reason: reason.into(), detail, elapsed_ms })
+            }
         }
     }
 }
 
-impl From<Motion> for MotionJson {
-    fn from(motion: Motion) -> Self {
+impl MotionReply {
+    /// Why there is no motion, as a stable word; `None` for a motion.
+    pub fn no_motion_reason(&self) -> Option<String> {
+        match self {
+            Self::Motion(_) => None,
+            Self::NoMotion(no_motion) => Some(stable_word(&no_motion.reason)),
+        }
+    }
+
+    /// Time from the decoded frames to this answer, seconds.
+    pub fn elapsed_s(&self) -> f64 {
+        let (Self::Motion(MotionJson { elapsed_ms, .. }) | Self::NoMotion(NoMotionJson { elapsed_ms, .. })) = self;
+        elapsed_ms / 1e3
+    }
+}
+
+impl MotionJson {
+    fn new(motion: Motion, ground: Option<GroundMotion>, elapsed_ms: f64) -> Self {
         Self {
+            status: MotionStatus::Motion,
             a_from_b: motion.a_from_b,
             rotation_deg: motion.rotation_deg,
             scale: motion.scale,
@@ -137,6 +179,11 @@ impl From<Motion> for MotionJson {
             inliers: motion.inliers,
             matches: motion.matches,
             log10_false_alarms: motion.log10_false_alarms,
+            gsd_m_per_px: ground.map(|g| g.gsd_m_per_px),
+            right_m: ground.map(|g| g.right_m),
+            ahead_m: ground.map(|g| g.ahead_m),
+            distance_m: ground.map(|g| g.distance_m),
+            elapsed_ms,
         }
     }
 }

@@ -22,8 +22,10 @@ pub(crate) struct TileJson {
     /// Finest level.
     maxzoom: u8,
     /// West, south, east, north, degrees.
+    #[schema(min_items = 4, max_items = 4)]
     bounds: [f64; 4],
     /// Longitude, latitude and zoom of the initial view.
+    #[schema(min_items = 3, max_items = 3)]
     center: [f64; 3],
     /// Whom a map must name, and the licence, as the layer states them.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -5,6 +5,7 @@ use super::area::extent_m;
 use super::fix_covariance::FixCovariances;
 use super::place_estimate::{PlaceEstimate, TiltFound};
 use super::refusal::Refusal;
+use super::request::FixRequest;
 use super::search_context::SearchContext;
 use super::search_region::searched_position;
 use super::verify::{Verdict, VerifiedPlace};
@@ -12,7 +13,7 @@ use overfly_core::camera::{Camera, View};
 use overfly_core::coupling::nominal_count_sequential;
 use overfly_core::geodesy::{BodyFrame, Enu, Geodetic, Heading, LocalFrame};
 use overfly_core::tile::{TileId, gsd_at};
-use overfly_store::{Footprint, StoreError, default_error_m};
+use overfly_store::{Footprint, Layer, StoreError, default_error_m};
 
 /// The size of a search, as every answer states it.
 #[derive(Debug, Clone, Copy)]
@@ -26,10 +27,10 @@ pub struct SearchSize {
 impl SearchSize {
     /// Returns the nominal count (equation 3) for the area that is searched, whose two edges stand for twice the drift, and no
     /// tiles yet.
-    pub fn new(context: &SearchContext<'_>, camera: &Camera) -> Self {
+    pub fn new(request: &FixRequest, layer: &Layer, camera: &Camera) -> Self {
         let (w, h) = camera.frame_size_px();
         let (across_m, along_m) = (f64::from(w) * camera.gsd_m_per_px(), f64::from(h) * camera.gsd_m_per_px());
-        let [east_m, north_m] = extent_m(&searched_position(context.request, camera), context.layer);
+        let [east_m, north_m] = extent_m(&searched_position(request, camera), layer);
         let nominal_count = nominal_count_sequential(across_m, along_m, 0.0, (east_m * north_m).sqrt() / 2.0);
         Self { tiles_searched: 0, nominal_count }
     }

@@ -53,6 +53,12 @@ pub enum LocateError {
         /// The bound on their product.
         limit: f64,
     },
+    /// The tiles that a search would read are too many to be listed.
+    #[error("the search may read more than {most} tiles, the limit of an answer; narrow the position")]
+    TooManyTiles {
+        /// How many may be listed.
+        most: u64,
+    },
     /// The search needs more memory than it may use.
     #[error(
         "the cells of layer {layer} at zoom {zoom} that the search needs do not fit into the memory allowed; narrow the position, state a heading, or allow more memory"
@@ -74,6 +80,7 @@ impl LocateError {
             Self::Parameter { .. } | Self::Missing { .. } | Self::Conflict { .. } => "bad_parameter",
             Self::Cancelled => "given_up",
             Self::TooWide { .. } => "search_too_wide",
+            Self::TooManyTiles { .. } => "too_many_tiles",
             Self::MemoryLimit { .. } => "memory_too_small",
         }
     }
@@ -89,7 +96,11 @@ impl LocateError {
                 CameraError::AttitudeSigma { .. } => "attitude_sigma_deg",
                 CameraError::OtherAspect { .. } => "camera",
             }),
-            Self::Store(_) | Self::Cancelled | Self::TooWide { .. } | Self::MemoryLimit { .. } => None,
+            Self::Store(_)
+            | Self::Cancelled
+            | Self::TooWide { .. }
+            | Self::TooManyTiles { .. }
+            | Self::MemoryLimit { .. } => None,
         }
     }
 }

@@ -130,7 +130,7 @@ struct Search {
 
 fn register<'a>(context: &SearchContext<'a>, frame: &'a Gray) -> Result<Registration<'a>, LocateError> {
     let camera = Camera::new(&context.request.view, frame.width_px() as u32, frame.height_px() as u32)?;
-    let size = SearchSize::new(context, &camera);
+    let size = SearchSize::new(context.request, context.layer, &camera);
     let prepared = match PreparedFrame::new(context, frame, camera) {
         Ok(prepared) => prepared,
         Err(EarlyEnd::Error(error)) => return Err(error),

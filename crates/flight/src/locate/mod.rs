@@ -34,6 +34,7 @@ mod search_context;
 mod search_extent;
 mod search_region;
 mod search_steps;
+mod searched_ground;
 mod surface_maximum;
 mod trace;
 mod verify;

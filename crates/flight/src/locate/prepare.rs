@@ -1,7 +1,7 @@
 //! `PreparedFrame`: the first stage of a registration. The frame at the levels to search, and the area to search.
 
 use super::answer::Reason;
-use super::area::{SearchArea, centre};
+use super::area::SearchArea;
 use super::frame_pyramid::FramePyramid;
 use super::hypotheses::{Hypothesis, hypotheses};
 use super::levels::{CellLevel, Levels};
@@ -9,18 +9,11 @@ use super::refusal::{EarlyEnd, Refusal};
 use super::request::PositionPrior;
 use super::search_context::SearchContext;
 use super::search_extent::SearchExtent;
-use super::search_region::searched_position;
+use super::searched_ground::SearchedGround;
 use overfly_core::camera::Camera;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
-use overfly_core::tile::{Gsd, gsd_at};
-use overfly_store::StoreError;
-
-/// A frame whose shorter side has fewer pixels than this at the coarse level shows nothing to match.
-const MIN_SIDE_PX: f64 = 12.0;
-/// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
-/// by 45 degrees reaches 500. The size of the ground view grows with the square.
-const MAX_REACH_PX: f64 = 1000.0;
+use overfly_core::tile::gsd_at;
 
 /// A frame ready to be searched for.
 pub struct PreparedFrame<'a> {
@@ -54,18 +47,12 @@ impl<'a> PreparedFrame<'a> {
     /// store fails.
     pub fn new(context: &SearchContext<'a>, frame: &'a Gray, camera: Camera) -> Result<Self, EarlyEnd> {
         let layer = context.layer;
-        let position = searched_position(context.request, &camera);
-        let outside = |detail: &str| Refusal::new(Reason::OutsideMap, detail);
-        let centre = centre(&position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
-        let levels = Levels::choose(&camera, layer, centre);
-        let reach_px = checked_reach_px(&camera, gsd_at(centre, levels.coarse))?;
-        let area = SearchArea::new(&position, layer, levels.coarse)
-            .and_then(|area| area.cut_to_layer(layer, reach_px))
-            .ok_or_else(|| outside("the search region lies outside the layer"))?;
-        let tiles_searched = count_tiles(context, &area, reach_px)?;
+        let ground = SearchedGround::new(context.request, layer, &camera)?;
+        let tiles_searched = ground.count_tiles(context.store, layer)?;
         if tiles_searched == 0 {
-            return Err(outside("no tile of the layer meets the search region").into());
+            return Err(Refusal::new(Reason::OutsideMap, "no tile of the layer meets the search region").into());
         }
+        let SearchedGround { position, centre, levels, area, reach_px } = ground;
         let hypotheses = hypotheses(context.request, reach_px);
         let extent = SearchExtent::new(&area, reach_px, hypotheses.iter().map(Vec::len).sum());
         let cell_level = extent.is_wide().then(|| CellLevel::choose(layer, centre, edge_m(&camera))).flatten();
@@ -76,38 +63,6 @@ impl<'a> PreparedFrame<'a> {
         frame.add_levels(zooms.into_iter().map(|zoom| (zoom, gsd_at(centre, zoom))));
         Ok(Self { frame, centre, levels, cell_level, position, area, reach_px, hypotheses, extent, tiles_searched })
     }
-}
-
-/// The farthest that a frame's corner lies from the nadir, coarse pixels; refused where the frame is too small or reaches too far.
-fn checked_reach_px(camera: &Camera, gsd: Gsd) -> Result<f64, Refusal> {
-    let (w, h) = camera.frame_size_px();
-    let side_px = f64::from(w.min(h)) * camera.gsd_m_per_px() / gsd.mean_m_per_px();
-    if side_px < MIN_SIDE_PX {
-        let detail = format!("the frame is {side_px:.1} px of the map wide, {MIN_SIDE_PX} needed");
-        return Err(Refusal::new(Reason::TooLittleStructure, detail));
-    }
-    let Some(corners) = camera.footprint_in_body() else {
-        return Err(Refusal::new(Reason::HorizonInView, "the camera sees the horizon"));
-    };
-    let farthest_m = corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max);
-    let reach_px = farthest_m / gsd.mean_m_per_px();
-    if reach_px > MAX_REACH_PX {
-        let detail = format!(
-            "the frame would reach {reach_px:.0} px of the map's coarsest level from the point below the camera, at most {MAX_REACH_PX}; is its scale right?"
-        );
-        return Err(Refusal::new(Reason::InconsistentScale, detail));
-    }
-    Ok(reach_px)
-}
-
-/// Number of base tiles that meet the area or a frame within.
-fn count_tiles(context: &SearchContext<'_>, area: &SearchArea, reach_px: f64) -> Result<usize, StoreError> {
-    let layer = context.layer;
-    if context.request.position == PositionPrior::WholeLayer {
-        return Ok(layer.base_tiles as usize);
-    }
-    let bounds = area.mercator_bounds(reach_px);
-    Ok(context.store.footprints_in(layer, layer.base_zoom, &bounds)?.len())
 }
 
 /// Square root of the ground area that a frame shows, metres.

@@ -12,6 +12,7 @@ mod query;
 mod ranking;
 mod residents;
 mod search;
+mod searched;
 #[cfg(test)]
 mod tests;
 
@@ -24,3 +25,4 @@ pub use query::{CandidateQuery, MAX_TILES};
 pub use ranking::rank;
 pub use residents::Residents;
 pub use search::{candidates, default_layer};
+pub use searched::searched_candidates;

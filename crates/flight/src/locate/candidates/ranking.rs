@@ -34,12 +34,13 @@ pub fn rank<'a>(
 }
 
 /// The probability that the image's centre lies where a tile has pixels.
-fn imaged_probability(region: &Region, footprint: &Footprint) -> f64 {
+pub(super) fn imaged_probability(region: &Region, footprint: &Footprint) -> f64 {
     let (parts, share) = footprint.imaged_ground();
     parts.iter().map(|part| region.probability(part)).sum::<f64>() * share
 }
 
-fn candidate(layer: &str, footprint: &Footprint, probability: f64) -> Candidate {
+/// The entry of a tile.
+pub(super) fn candidate(layer: &str, footprint: &Footprint, probability: f64) -> Candidate {
     let tile = footprint.tile;
     Candidate {
         id: format!("{layer}/{tile}"),

@@ -1,0 +1,99 @@
+//! `SearchedGround`: the ground that a registration searches. It follows from the request and the camera; no frame is needed.
+
+use super::answer::Reason;
+use super::area::{SearchArea, centre};
+use super::levels::Levels;
+use super::refusal::Refusal;
+use super::request::{FixRequest, PositionPrior};
+use super::search_region::searched_position;
+use overfly_core::camera::Camera;
+use overfly_core::geodesy::Geodetic;
+use overfly_core::tile::{Gsd, MercatorBounds, gsd_at};
+use overfly_store::{Footprint, Layer, Reader, StoreError};
+
+/// A frame whose shorter side has fewer pixels than this at the coarse level shows nothing to match.
+const MIN_SIDE_PX: f64 = 12.0;
+/// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
+/// by 45 degrees reaches 500. The size of the ground view grows with the square.
+const MAX_REACH_PX: f64 = 1000.0;
+
+/// The ground that a registration searches.
+pub struct SearchedGround {
+    /// The prior of the position, grown by what the attitude leaves open.
+    pub position: PositionPrior,
+    /// The centre of the area.
+    pub centre: Geodetic,
+    /// The levels of coarse search and refinement.
+    pub levels: Levels,
+    /// The positions to search, at the coarse level.
+    pub area: SearchArea,
+    /// How far the frame reaches from its nadir, coarse pixels.
+    pub reach_px: f64,
+}
+
+impl SearchedGround {
+    /// Returns the ground of a request on a layer, for a camera of its view.
+    ///
+    /// # Errors
+    /// A [`Refusal`] where the area lies outside the layer or the frame cannot be compared with the map.
+    pub fn new(request: &FixRequest, layer: &Layer, camera: &Camera) -> Result<Self, Refusal> {
+        let position = searched_position(request, camera);
+        let outside = |detail: &str| Refusal::new(Reason::OutsideMap, detail);
+        let centre = centre(&position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
+        let levels = Levels::choose(camera, layer, centre);
+        let reach_px = checked_reach_px(camera, gsd_at(centre, levels.coarse))?;
+        let area = SearchArea::new(&position, layer, levels.coarse)
+            .and_then(|area| area.cut_to_layer(layer, reach_px))
+            .ok_or_else(|| outside("the search region lies outside the layer"))?;
+        Ok(Self { position, centre, levels, area, reach_px })
+    }
+
+    /// The extent of the area and of every frame within.
+    pub fn bounds(&self) -> MercatorBounds {
+        self.area.mercator_bounds(self.reach_px)
+    }
+
+    /// The base tiles that meet the area or a frame within, in no order.
+    ///
+    /// # Errors
+    /// Where the store cannot be read.
+    pub fn footprints(&self, store: &Reader, layer: &Layer) -> Result<Vec<Footprint>, StoreError> {
+        match self.position {
+            PositionPrior::WholeLayer => store.footprints(layer, layer.base_zoom),
+            _ => store.footprints_in(layer, layer.base_zoom, &self.bounds()),
+        }
+    }
+
+    /// The number of [`footprints`](Self::footprints).
+    ///
+    /// # Errors
+    /// Where the store cannot be read.
+    pub fn count_tiles(&self, store: &Reader, layer: &Layer) -> Result<usize, StoreError> {
+        match self.position {
+            PositionPrior::WholeLayer => Ok(layer.base_tiles as usize),
+            _ => Ok(self.footprints(store, layer)?.len()),
+        }
+    }
+}
+
+/// The farthest that a frame's corner lies from the nadir, coarse pixels; refused where the frame is too small or reaches too far.
+fn checked_reach_px(camera: &Camera, gsd: Gsd) -> Result<f64, Refusal> {
+    let (w, h) = camera.frame_size_px();
+    let side_px = f64::from(w.min(h)) * camera.gsd_m_per_px() / gsd.mean_m_per_px();
+    if side_px < MIN_SIDE_PX {
+        let detail = format!("the frame is {side_px:.1} px of the map wide, {MIN_SIDE_PX} needed");
+        return Err(Refusal::new(Reason::TooLittleStructure, detail));
+    }
+    let Some(corners) = camera.footprint_in_body() else {
+        return Err(Refusal::new(Reason::HorizonInView, "the camera sees the horizon"));
+    };
+    let farthest_m = corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max);
+    let reach_px = farthest_m / gsd.mean_m_per_px();
+    if reach_px > MAX_REACH_PX {
+        let detail = format!(
+            "the frame would reach {reach_px:.0} px of the map's coarsest level from the point below the camera, at most {MAX_REACH_PX}; is its scale right?"
+        );
+        return Err(Refusal::new(Reason::InconsistentScale, detail));
+    }
+    Ok(reach_px)
+}
