@@ -9,7 +9,7 @@ use super::served::Served;
 use super::work::WorkClass;
 use axum::Json;
 use axum::extract::Request;
-use overfly_flight::locate::{FixParameters, candidates::default_layer, locate_cancellable};
+use overfly_flight::locate::{FixParameters, locate_cancellable, requested_layer};
 use std::time::Instant;
 
 /// The form of a fix.
@@ -42,11 +42,8 @@ pub(super) async fn post(Served(state): Served, _: NoQuery, request: Request) ->
     let work = state.work.clone();
     let answer = work
         .run_cancellable(WorkClass::Registration, move |cancellation| -> Result<AnswerJson, ServerError> {
-            let layer = match &parameters.layer {
-                Some(name) => state.store.reader.layer(name)?,
-                None => default_layer(&state.store.reader)?,
-            };
-            let request = FixParameters::from(&parameters).request(&layer.name)?;
+            let layer = requested_layer(&state.store.reader, parameters.layer.as_deref())?;
+            let request = FixParameters::from(&parameters).request(&layer)?;
             let frame = state.limits.frame("image", &bytes)?;
             let start = Instant::now();
             let answer = locate_cancellable(&state.store.reader, &frame, &request, state.limits.threads, cancellation)?;

@@ -9,6 +9,7 @@ mod damaged_frames;
 mod demo;
 mod disturbed;
 mod endurance;
+mod epochs;
 mod equations;
 mod experiment;
 mod export;

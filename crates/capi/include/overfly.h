@@ -47,7 +47,7 @@ typedef struct {
 // What is known when a frame is to be located. Start from `overfly_fix_request_new()`, which states nothing.
 // Either `gsd_m_per_px`, or `camera` and `height_m`, must be stated.
 typedef struct {
-    // The layer to search; null: the only one, or `ortho`.
+    // The layer to search; null: the only one, or `ortho`; `any`: all layers, the newest first, older ones only on no fix.
     const char *layer;
     // Most likely latitude of the point straight below the camera, degrees; NaN: search the whole layer.
     double latitude_deg;

@@ -5,8 +5,9 @@ use crate::error::{call, overfly_status};
 use crate::frame::overfly_frame;
 use crate::store::overfly_store;
 use overfly_core::camera::Intrinsics;
-use overfly_flight::locate::candidates::default_layer;
-use overfly_flight::locate::{Answer, Fix, FixParameters, NoFix, PositionOf, Reason, ViewParameters, locate};
+use overfly_flight::locate::{
+    Answer, Fix, FixParameters, NoFix, PositionOf, Reason, ViewParameters, locate, requested_layer,
+};
 use std::ffi::c_char;
 
 /// A pinhole camera with OpenCV's distortion model. Pixels are counted from the upper-left corner of the image.
@@ -30,7 +31,7 @@ pub struct overfly_camera {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct overfly_fix_request {
-    /// The layer to search; null: the only one, or `ortho`.
+    /// The layer to search; null: the only one, or `ortho`; `any`: all layers, the newest first, older ones only on no fix.
     pub layer: *const c_char,
     /// Most likely latitude of the point straight below the camera, degrees; NaN: search the whole layer.
     pub latitude_deg: f64,
@@ -167,10 +168,7 @@ pub unsafe extern "C" fn overfly_locate(
         let frame = &unsafe { object(frame, "frame") }?.gray;
         let stated_request = unsafe { object(request, "request") }?;
         let out = unsafe { Place::new(fix, "fix") }?;
-        let layer = match unsafe { optional(stated_request.layer, "layer") }? {
-            Some(name) => name.to_owned(),
-            None => default_layer(store)?.name.clone(),
-        };
+        let layer = requested_layer(store, unsafe { optional(stated_request.layer, "layer") }?)?;
         let request = unsafe { stated_request.parameters() }.request(&layer)?;
         let threads = stated_request.threads.clamp(1, 1024) as usize;
         match locate(store, frame, &request, threads)? {

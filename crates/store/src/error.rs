@@ -90,7 +90,7 @@ pub enum StoreError {
     },
     /// A name that is not allowed for a layer.
     #[error(
-        "invalid layer name {name:?}: a name has 1 to 40 of the characters a-z 0-9 _ -, starts with a letter or digit, does not start with overfly_, gpkg_, rtree_ or sqlite_, and is not footprints"
+        "invalid layer name {name:?}: a name has 1 to 40 of the characters a-z 0-9 _ -, starts with a letter or digit, does not start with overfly_, gpkg_, rtree_ or sqlite_, and is neither footprints nor any, which stands for all layers"
     )]
     LayerName {
         /// The given name.

@@ -67,7 +67,7 @@ pub use extract::{Extract, LayerHead, LayerPart};
 pub use footprint::{Footprint, MOST_ERROR_M, default_error_m, larger_error};
 pub use hashing::hex;
 pub use imagery::{EncodedTile, JPEG_QUALITY, decode, encode, media_type};
-pub use layer::{Layer, check_name};
+pub use layer::{ANY_LAYER, Layer, check_name};
 pub use layer_state::LayerState;
 pub use level::LevelDigests;
 pub use migration::{FORMAT_VERSION, OLDEST_READABLE};

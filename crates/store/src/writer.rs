@@ -166,7 +166,7 @@ impl Writer {
 /// # Errors
 /// [`StoreError::NoLayer`], or where the file cannot be written.
 pub fn remove_layer(path: &Path, name: &str) -> Result<(), StoreError> {
-    layer::check_name(name)?;
+    layer::check_stored_name(name)?;
     let fail = |e| StoreError::sqlite(path, e);
     let connection = connection::open_write(path)?;
     require_contract(&connection, path)?;
