@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::layer::chosen_layer;
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::number::{any, metres};
 use crate::cli::output::Output;
 use crate::cli::outside_map::outside_note;

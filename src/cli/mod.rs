@@ -4,6 +4,7 @@
 
 mod attitude_note;
 mod camera_file;
+mod chosen_layer;
 mod exit;
 mod failure;
 mod fix_hints;

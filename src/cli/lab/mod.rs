@@ -1,7 +1,6 @@
 //! The commands of the feature `lab`: trials against truth, simulation, measurements and plans with their reports.
 
 mod calibrate;
-mod chosen_layer;
 mod demo;
 mod evaluate;
 mod experiment;

@@ -2,7 +2,7 @@
 
 use crate::cli::attitude_note::attitude_note;
 use crate::cli::failure::Failure;
-use crate::cli::lab::chosen_layer::chosen_layer;
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::number::attitude_sigma;
 use crate::cli::output::Output;
 use overfly_lab::trial::RecordedFlight;

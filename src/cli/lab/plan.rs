@@ -8,7 +8,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::mosaic::{finest_level, mosaic_of};
-use crate::cli::lab::chosen_layer::chosen_layer;
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::number::{positive, share};
 use crate::cli::output::Output;
 use overfly_core::coupling::Calibration;

@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
-use crate::cli::lab::chosen_layer::chosen_layer;
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::number::positive;
 use crate::cli::output::Output;
 use overfly_lab::report::cost_svg;
