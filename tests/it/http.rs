@@ -528,7 +528,10 @@ fn a_fix_over_any_layer_names_its_layer_over_http_too() {
     let json = ask("any").json();
     assert_eq!(json["status"], "no_fix");
     assert_eq!((&json["layers_searched"], &json["layers_charged"]), (&serde_json::json!(["a", "b"]), &2.into()));
-    assert_eq!((&json["layer"], &json["layer_date"], &json["store_digest"]), (&"a".into(), &Value::Null, &digest.into()));
+    assert_eq!(
+        (&json["layer"], &json["layer_date"], &json["store_digest"]),
+        (&"a".into(), &Value::Null, &digest.into())
+    );
     assert_eq!(ask("b").json()["layers_searched"], serde_json::json!(["b"]));
     assert_eq!(ask("c").problem().1, "no_such_layer");
     let api = stand.get("/openapi.json").json();

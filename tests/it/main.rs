@@ -26,6 +26,7 @@ mod http_exports;
 mod imaged_ground;
 mod imports;
 mod kill;
+mod layer_admin;
 mod layers;
 mod merge;
 mod mistakes;

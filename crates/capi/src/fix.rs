@@ -114,6 +114,14 @@ pub struct overfly_fix {
     pub inliers: u32,
     /// Base tiles whose imagery was searched.
     pub tiles_searched: u32,
+    /// The map's own error that the covariances carry, one standard deviation per axis, metres.
+    pub map_error_m: f64,
+    /// Whether the map states that error; if not, it is a default: half a pixel of the map, at least 3 m.
+    pub map_error_known: bool,
+    /// The layer of the fix.
+    pub layer: [c_char; 48],
+    /// Newest acquisition date of the sources of that layer, ISO 8601; empty: unknown.
+    pub layer_date: [c_char; 32],
 }
 
 /// Why there is no fix.
@@ -126,6 +134,8 @@ pub struct overfly_no_fix {
     pub detail: [c_char; 256],
     /// Base tiles whose imagery was searched.
     pub tiles_searched: u32,
+    /// The layer that was searched; of several the one that came nearest to a fix.
+    pub layer: [c_char; 48],
 }
 
 /// Returns a request that states nothing, with the usual standard deviations.
@@ -249,6 +259,10 @@ impl From<&Fix> for overfly_fix {
             false_fix_probability: fix.false_fix_probability,
             inliers: count(fix.inliers),
             tiles_searched: count(fix.tiles_searched),
+            map_error_m: fix.map_error_m,
+            map_error_known: fix.map_error_known,
+            layer: fixed(&fix.map.layer),
+            layer_date: fixed(fix.map.layer_date.as_deref().unwrap_or_default()),
         }
     }
 }
@@ -259,6 +273,7 @@ impl From<&NoFix> for overfly_no_fix {
             reason: fixed(word(none.reason)),
             detail: fixed(&none.detail),
             tiles_searched: count(none.tiles_searched),
+            layer: fixed(&none.map.layer),
         }
     }
 }

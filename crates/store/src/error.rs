@@ -96,6 +96,14 @@ pub enum StoreError {
         /// The given name.
         name: String,
     },
+    /// A layer, or a table of another program, has the new name already.
+    #[error("{path}: a layer or table {name:?} exists already", path = path.display())]
+    LayerExists {
+        /// The store.
+        path: PathBuf,
+        /// The new name.
+        name: String,
+    },
     /// The file or its folder cannot be read or written.
     #[error("{path}: no permission ({reason})", path = path.display())]
     Denied {
@@ -251,6 +259,7 @@ impl StoreError {
             Self::HotJournal { .. } => "unfinished_build",
             Self::NoLayer { .. } => "no_such_layer",
             Self::LayerName { .. } => "layer_name",
+            Self::LayerExists { .. } => "layer_exists",
             Self::Denied { .. } => "permission_denied",
             Self::NoFolder { .. } => "no_such_folder",
             Self::DiskFull { .. } => "disk_full",
@@ -295,6 +304,7 @@ impl StoreError {
             | Self::HotJournal { .. }
             | Self::NoLayer { .. }
             | Self::LayerName { .. }
+            | Self::LayerExists { .. }
             | Self::Denied { .. }
             | Self::NoFolder { .. }
             | Self::InTheWay { .. }
@@ -326,6 +336,7 @@ impl StoreError {
             Self::Changed { .. } => StoreRemedy::Reopen,
             Self::Damaged { .. } | Self::ForeignSchema { .. } => StoreRemedy::RestoreOrRebuild,
             Self::DamagedTile { .. } => StoreRemedy::VerifyAndRestore,
+            Self::LayerExists { .. } => StoreRemedy::ChooseOtherName,
             Self::InTheWay { .. } => StoreRemedy::RenameOrRemove,
             Self::SameFile { .. } => StoreRemedy::ChooseOtherPath,
             Self::NoLayer { .. }

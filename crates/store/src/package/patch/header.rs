@@ -1,8 +1,8 @@
 //! The header of a patch, as JSON.
 
 use super::record::MalformedPatch;
-use crate::package::{SEAL_LEN, Seal};
 use crate::layer::check_stored_name;
+use crate::package::{SEAL_LEN, Seal};
 use crate::{LayerHead, PATCH_MAGIC, Source, hex};
 use overfly_core::tile::TileId;
 use serde::{Deserialize, Serialize};
