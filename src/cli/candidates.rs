@@ -1,8 +1,8 @@
 //! `overfly candidates`: the tiles to search, as `GET /v1/candidates` lists them.
 
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::layer::chosen_layer;
 use crate::cli::number::{any, metres};
 use crate::cli::output::Output;
 use crate::cli::outside_map::outside_note;

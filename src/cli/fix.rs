@@ -4,7 +4,7 @@ use crate::cli::attitude_note::view_note;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::fix_hints::HintLine;
-use crate::cli::layer::chosen_layer;
+use crate::cli::fix_text::text;
 use crate::cli::number::{any, metres, positive};
 use crate::cli::output::Output;
 use crate::cli::outside_map::outside_note;
@@ -14,7 +14,9 @@ use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, FixParameters, FixRequest, PositionOf, Reason, hints, locate, locate_traced};
+use overfly_flight::locate::{
+    Answer, FixParameters, FixRequest, Reason, hints, locate, locate_traced, requested_layer,
+};
 use overfly_store::Reader;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -27,10 +29,15 @@ reason (exit code 3). That covariance carries --attitude-sigma-deg: a degree is 
 the image's centre, which is what registration measures, is reported with its own covariance. With --gsd-m-per-px no height
 is known: prior and answer are then the image's centre (position_of: image_centre).
 
+--layer any searches the layers one after the other, the newest first (layers without a date last, those of one date by name), and
+an older one only on no fix; an ambiguous frame ends the search. The evidence that a fix needs counts all layers of the store, so
+with n layers it is log10(n) harder to get. Every answer names its layer, the layer's date and the digest of the store.
+
 Examples:
   overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25 --explain
   overfly fix --db map.gpkg --image frame.jpg --latitude-deg 48.4915 --longitude-deg 15.616 --sigma-m 200 \\
       --heading-deg 271.6 --height-m 500 --camera camera.toml --pitch-deg 1.2 --roll-deg 0 --json
+  overfly fix --db map.gpkg --image frame.jpg --gsd-m-per-px 1.25 --layer any
 
 camera.toml: width_px, height_px, focal_length_px, principal_point_px = [x, y], distortion = [k1, k2, p1, p2, k3] (the
 OpenCV model; pixels are counted from the image's upper-left corner).";
@@ -45,7 +52,7 @@ pub struct Args {
     /// The frame: PNG, JPEG or WebP.
     #[arg(long, value_name = "FILE")]
     image: PathBuf,
-    /// Which layer [default: the only one, or ortho].
+    /// Which layer; any: all layers, the newest first [default: the only one, or ortho].
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
     /// Most likely latitude of the point straight below the camera, in [-85.051128, 85.051128]; without a position, the whole layer is searched.
@@ -89,10 +96,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let parameters = args.parameters()?;
     let ReducedFrame { gray: frame, reduction } = read_large_frame(&args.image)?;
     let store = Reader::open(&args.db)?;
-    let layer = match &args.layer {
-        Some(name) => name.clone(),
-        None => chosen_layer(&store, None)?.name.clone(),
-    };
+    let layer = requested_layer(&store, args.layer.as_deref())?;
     let mut request = parameters.request(&layer)?;
     request.view = request.view.reduced(reduction);
     output.note(&view_note(&request.view));
@@ -105,13 +109,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let elapsed_ms = start.elapsed().as_micros() as f64 / 1e3;
     let answer = answer.for_original(reduction);
     if let Some(trace) = &trace {
-        args.pictures.write(&store, &args.image, &request, &answer, trace, output)?;
+        let traced = FixRequest { layer: answer.map().layer.clone(), ..request.clone() };
+        args.pictures.write(&store, &args.image, &traced, &answer, trace, output)?;
     }
     if let (Answer::NoFix(none), Some(latitude_deg), Some(longitude_deg)) =
         (&answer, args.latitude_deg, args.longitude_deg)
         && none.reason == Reason::OutsideMap
     {
-        output.note(&outside_note(store.layer(&layer)?, latitude_deg, longitude_deg));
+        output.note(&outside_note(store.layer(&none.map.layer)?, latitude_deg, longitude_deg));
     }
     let hints = args.hints(&store, &frame, &request, &answer)?;
     let line = AnswerLine { answer: AnswerJson::new(answer.clone(), elapsed_ms), hints: hints.as_deref() };
@@ -172,53 +177,5 @@ impl Args {
             time_s: self.time_s,
             ..FixParameters::default()
         })
-    }
-}
-
-fn text(answer: &Answer, elapsed_ms: f64) -> String {
-    match answer {
-        Answer::Fix(f) => {
-            let ellipse = f.covariance.ellipse();
-            let centre = f.image_centre_covariance.ellipse();
-            let point = match f.position_of {
-                PositionOf::Nadir => "straight below the camera",
-                PositionOf::ImageCentre => "at the image's centre",
-            };
-            format!(
-                "fix        {:.7} {:.7} (degrees, {point})\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
-                 centre     {:.7} {:.7} (ground at the image's centre), ellipse {:.2} x {:.2} m\n\
-                 heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
-                 false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
-                f.position.latitude_deg(),
-                f.position.longitude_deg(),
-                ellipse.semi_major_m,
-                ellipse.semi_minor_m,
-                f.image_centre.latitude_deg(),
-                f.image_centre.longitude_deg(),
-                centre.semi_major_m,
-                centre.semi_minor_m,
-                f.heading.degrees(),
-                f.heading_sigma_rad.to_degrees(),
-                f.gsd_m_per_px,
-                100.0 * f.scale_sigma_ratio,
-                f.score,
-                f.inliers,
-                f.false_fix_probability,
-                f.tiles_searched,
-                f.nominal_count,
-                elapsed_ms,
-            )
-        }
-        Answer::NoFix(n) => {
-            let reason = serde_json::to_value(n.reason).expect("a word");
-            format!(
-                "no fix     {}: {}\nsearched   {} tiles (nominal {:.1}), {:.0} ms",
-                reason.as_str().expect("a word"),
-                n.detail,
-                n.tiles_searched,
-                n.nominal_count,
-                elapsed_ms
-            )
-        }
     }
 }

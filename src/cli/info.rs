@@ -66,6 +66,8 @@ impl ExportInfo {
 struct LayerInfo<'a> {
     #[serde(flatten)]
     layer: &'a Layer,
+    /// A text for people, if there is one; no digest proves it.
+    description: Option<String>,
     sources: Vec<SourceInfo>,
     /// Ground of which the base level has pixels: `null` while the layer is unfinished.
     imaged_km2: Option<f64>,
@@ -92,7 +94,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .map(|layer| {
             let sources = reader.sources(layer)?.into_iter().map(source_info).collect();
             let imaged = layer.complete.then(|| reader.imaged_area_m2(layer)).transpose()?;
-            Ok(LayerInfo { layer, sources, imaged_km2: imaged.map(|m2| m2 / 1e6) })
+            let description = reader.description(layer)?;
+            Ok(LayerInfo { layer, description, sources, imaged_km2: imaged.map(|m2| m2 / 1e6) })
         })
         .collect::<Result<Vec<_>, StoreError>>()?;
     let info = Info {
@@ -143,7 +146,7 @@ fn describe(info: &Info<'_>) -> String {
         text.push_str(&format!("{}\n", older_format(info)));
     }
     text.push_str(&info.exported.as_ref().map(ExportInfo::describe).unwrap_or_default());
-    for LayerInfo { layer, sources, imaged_km2 } in &info.layers {
+    for LayerInfo { layer, description, sources, imaged_km2 } in &info.layers {
         let [west, south, east, north] = <[f64; 4]>::from(layer.bounds_deg);
         if !layer.complete {
             text.push_str(&format!(
@@ -157,7 +160,8 @@ fn describe(info: &Info<'_>) -> String {
             layer.name, layer.min_zoom, layer.base_zoom, layer.base_tiles, layer.tiles,
         ));
         text.push_str(&format!("  pixels of {:.3} km2 of ground\n", imaged_km2.unwrap_or(0.0)));
-        for (what, stated) in [("licence", &layer.terms.licence), ("attribution", &layer.terms.attribution)] {
+        let (licence, attribution) = (&layer.terms.licence, &layer.terms.attribution);
+        for (what, stated) in [("description", description), ("licence", licence), ("attribution", attribution)] {
             text.push_str(&stated.as_ref().map(|stated| format!("  {what}: {stated}\n")).unwrap_or_default());
         }
         text.push_str("  acquired    gsd_m_per_px  error_m  source\n");

@@ -4,11 +4,12 @@
 
 mod attitude_note;
 mod camera_file;
+mod chosen_layer;
 mod exit;
 mod failure;
 mod fix_hints;
+mod fix_text;
 mod folder;
-mod layer;
 mod number;
 mod output;
 mod outside_map;
@@ -50,7 +51,7 @@ use usage::usage_failure;
 
 /// Help that applies to every command.
 const HELP: &str = "\
-Before the flight: build, merge, verify, evaluate, calibrate, experiment, simulate, plan, export, sign, diff, apply.
+Before the flight: build, layer, merge, verify, evaluate, calibrate, experiment, simulate, plan, export, sign, diff, apply.
 In flight: candidates, fix, motion; or serve, which offers all three over HTTP.
 
   overfly demo                                       everything, on the project's own tiles

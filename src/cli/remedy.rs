@@ -70,7 +70,7 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
         R::Rebuild => "build the store again with this program",
         R::Migrate => "any `overfly build --db FILE` migrates it",
         R::UpdateProgram => "use a newer overfly",
-        R::BuildOriginalAndExport => "build into the store that it was exported from, and export that again",
+        R::BuildOriginalAndExport => "change the store that it was exported from, and export that again",
         R::GrantAccess => "make file and folder accessible, or choose another path",
         R::CreateFolder => "create the folder, or choose another path",
         R::FreeSpace => "free space and run the same command again: a build continues where it stopped",

@@ -4,7 +4,9 @@ use crate::cli::failure::Failure;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Flags that remove or replace what is stored. A misspelt flag is never answered with one of them.
-const DESTRUCTIVE: [&str; 3] = ["--remove-layer", "--remove-source", "--replace-layer"];
+const DESTRUCTIVE: [&str; 4] = ["--remove-layer", "--remove-source", "--replace-layer", "--yes"];
+/// Commands that remove what is stored. A misspelt command is never answered with one of them.
+const DESTRUCTIVE_COMMANDS: [&str; 1] = ["remove"];
 
 /// What a flag expects, by the end of its name. The first that fits counts.
 const EXPECTED: [(&str, &str); 26] = [
@@ -51,12 +53,23 @@ pub fn usage_failure(mut usage: clap::Error) -> Failure {
         // It names the suggested flag.
         usage.remove(ContextKind::Usage);
     }
+    withhold_destructive_commands(&mut usage);
     let text = usage.to_string();
     let message = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
     let (first, rest) = message.split_once('\n').map_or((message, ""), |(first, rest)| (first, rest));
     let expected = expected(&usage).map_or(String::new(), |expected| format!("; expected {expected}"));
     let rest = if rest.is_empty() { String::new() } else { format!("\n{rest}") };
     Failure::unusable("usage", anyhow::anyhow!("{first}{expected}{rest}"))
+}
+
+fn withhold_destructive_commands(usage: &mut clap::Error) {
+    let Some(ContextValue::Strings(names)) = usage.get(ContextKind::SuggestedSubcommand) else { return };
+    let kept: Vec<String> =
+        names.iter().filter(|name| !DESTRUCTIVE_COMMANDS.contains(&name.as_str())).cloned().collect();
+    usage.remove(ContextKind::SuggestedSubcommand);
+    if !kept.is_empty() {
+        usage.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(kept));
+    }
 }
 
 /// What the flag expects whose value is wrong: `None` where nothing but the text of clap is known.
@@ -129,5 +142,16 @@ mod tests {
             assert!(said.contains(typo), "{said}");
             assert!(DESTRUCTIVE.iter().all(|flag| !said.replace(typo, "").contains(flag)), "{said}");
         }
+        for (typo, suggested) in [("remov", None), ("renove", Some("rename")), ("renam", Some("rename"))] {
+            let Err(usage) = Cli::command().try_get_matches_from(["overfly", "layer", typo, "--db", "a.gpkg"]) else {
+                panic!("{typo} is accepted")
+            };
+            let said = usage_failure(usage).error.to_string();
+            assert!(!said.contains("remove"), "{said}");
+            assert!(suggested.is_none_or(|name| said.contains(name)), "{said}");
+        }
+        let typo = ["overfly", "layer", "remove", "--db", "a.gpkg", "ortho", "--yess"];
+        let Err(usage) = Cli::command().try_get_matches_from(typo) else { panic!("--yess is accepted") };
+        assert!(!usage_failure(usage).error.to_string().contains("'--yes'"));
     }
 }

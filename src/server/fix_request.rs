@@ -2,18 +2,14 @@
 
 use super::dto::FixParametersJson;
 use super::error::ServerError;
-use overfly_flight::locate::candidates::default_layer;
-use overfly_flight::locate::{FixParameters, FixRequest};
+use overfly_flight::locate::{FixParameters, FixRequest, requested_layer};
 use overfly_store::Reader;
 
-/// Returns the request over the stated layer of a store, or over its default layer.
+/// Returns the request over the stated layer of a store, over all of them ([`overfly_store::ANY_LAYER`]), or over its default layer.
 ///
 /// # Errors
-/// [`ServerError::Store`], [`ServerError::Candidates`] where no layer is stated and none is the default, [`ServerError::Locate`].
+/// [`ServerError::Candidates`] where the store has no such layer, or none is stated and none is the default; [`ServerError::Locate`].
 pub(super) fn fix_request(store: &Reader, parameters: &FixParametersJson) -> Result<FixRequest, ServerError> {
-    let layer = match &parameters.layer {
-        Some(name) => store.layer(name)?,
-        None => default_layer(store)?,
-    };
-    Ok(FixParameters::from(parameters).request(&layer.name)?)
+    let layer = requested_layer(store, parameters.layer.as_deref())?;
+    Ok(FixParameters::from(parameters).request(&layer)?)
 }

@@ -227,7 +227,7 @@ fn layers_do_not_touch_each_other() {
     let ortho = reader.layer("ortho").unwrap();
     let found = reader.footprints_in(ortho, ortho.base_zoom, &EVERYWHERE).unwrap();
     assert_eq!(found.len() as u64, ortho.base_tiles);
-    overfly_store::remove_layer(&db, "2021").unwrap();
+    overfly_store::change_layer(&db, "2021", &overfly_store::LayerChange::Remove).unwrap();
     assert_eq!(Reader::open(&db).unwrap().digest(), alone);
     assert!(verify(&db, &|_, _| ()).unwrap().ok);
 }

@@ -517,6 +517,37 @@ fn promise(width_px: u32, height_px: u32) -> Vec<u8> {
 }
 
 #[test]
+fn a_fix_over_any_layer_names_its_layer_over_http_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.gpkg");
+    let tile = [TileId::new(ZOOM, COLUMN, ROW).unwrap()];
+    for layer in ["a", "b"] {
+        super::store::store_of(&path, layer, &tile, 3);
+    }
+    let store = Reader::open(&path).unwrap();
+    let digest = store.digest().to_owned();
+    let stand = Stand { folder, app: router(ServiceState::new(store, Service::Preflight, Limits::default())) };
+    let ask = |layer: &str| {
+        let request = format!(r#"{{"gsd_m_per_px": 2.0, "layer": "{layer}"}}"#);
+        stand.post("/v1/fixes", &[("image", &png(300, 200)), ("request", request.as_bytes())])
+    };
+    let json = ask("any").json();
+    assert_eq!(json["status"], "no_fix");
+    assert_eq!((&json["layers_searched"], &json["layers_charged"]), (&serde_json::json!(["a", "b"]), &2.into()));
+    assert_eq!(
+        (&json["layer"], &json["layer_date"], &json["store_digest"]),
+        (&"a".into(), &Value::Null, &digest.into())
+    );
+    assert_eq!(ask("b").json()["layers_searched"], serde_json::json!(["b"]));
+    assert_eq!(ask("c").problem().1, "no_such_layer");
+    let api = stand.get("/openapi.json").json();
+    let text = api["components"]["schemas"].to_string();
+    for name in ["map_error_known", "map_error_m", "layer_date", "store_digest", "layers_charged"] {
+        assert!(text.contains(name), "{name}");
+    }
+}
+
+#[test]
 fn a_decompression_bomb_is_refused_before_it_is_decoded() {
     let stand = Stand::new();
     for (width_px, height_px) in

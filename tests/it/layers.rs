@@ -151,7 +151,7 @@ fn only_ingest_and_the_program_reach_the_writer() {
         if !words.iter().any(|(word, _)| word == "overfly_store") {
             continue;
         }
-        let writes = words.iter().filter(|(w, _)| matches!(w.as_str(), "Writer" | "Extract" | "remove_layer"));
+        let writes = words.iter().filter(|(w, _)| matches!(w.as_str(), "Writer" | "Extract" | "change_layer"));
         offenders.extend(writes.map(|(word, line)| format!("{}:{line}: {word}", source.path)));
     }
     none_of(&offenders, "writer-stays-on-the-ground");

@@ -48,6 +48,7 @@ fn said(folder: &Path, words: &str) -> (Option<i32>, String) {
     let done = Command::new(env!("CARGO_BIN_EXE_overfly"))
         .current_dir(folder)
         .args(words.split_whitespace())
+        .stdin(std::process::Stdio::null())
         .output()
         .unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -185,6 +186,24 @@ fn where_a_map_is_built() {
         ("build --db map.gpkg --rename-layer", 2, &["unexpected argument '--rename-layer'", "--help"]),
         ("build --db map.gpkg --remove-layer --layer summer", 2, &["no layer \"summer\"; the layers are ortho"]),
         ("build --db map.gpkg --remove-source none.tif", 2, &["no source \"none.tif\"", "`overfly info --json`"]),
+        ("build --db new.gpkg photos --layer any", 2, &["invalid layer name \"any\"", "stands for all layers"]),
+        ("layer rename --db map.gpkg ortho any", 2, &["invalid layer name \"any\"", "stands for all layers"]),
+        ("layer rename --db map.gpkg ortho ortho", 2, &["\"ortho\" exists already", "choose another name"]),
+        ("layer rename --db map.gpkg summer winter", 2, &["no layer \"summer\"; the layers are ortho"]),
+        ("layer rename --db map.gpkg ortho", 2, &["not provided", "<NEW>"]),
+        (
+            "layer rename --db flight.gpkg ortho y2018",
+            2,
+            &["sealed by its digest", "exported from", "export that again"],
+        ),
+        ("layer remove --db flight.gpkg ortho --yes", 2, &["sealed by its digest", "export that again"]),
+        ("layer remove --db flight.gpkg ortho --dry-run", 2, &["sealed by its digest", "export that again"]),
+        ("layer describe --db flight.gpkg ortho --licence CC0-1.0", 2, &["sealed by its digest", "export that again"]),
+        ("layer remove --db map.gpkg ortho", 2, &["ortho was not removed", "--dry-run", "--yes"]),
+        ("layer remove --db none.gpkg ortho --yes", 2, &["none.gpkg: no such file", "check the name"]),
+        ("layer describe --db map.gpkg ortho", 2, &["not provided", "--description <TEXT>"]),
+        ("layer describe --db map.gpkg ortho --date 16.07.2018", 2, &["\"16.07.2018\" is not a date", "YYYY-MM-DD"]),
+        ("layer delete --db map.gpkg ortho", 2, &["unrecognized subcommand 'delete'", "--help"]),
         ("biuld --db map.gpkg", 2, &["unrecognized subcommand 'biuld'", "'build'"]),
     ]);
 }

@@ -4,8 +4,8 @@ use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::pixels::{Colour, Mask, MaskedColour};
 use overfly_core::tile::{MercatorBounds, TileId};
 use overfly_store::{
-    BuiltTile, Declaration, FORMAT_VERSION, LayerState, Reader, Source, StoreError, Terms, TileContent, Writer,
-    remove_layer, verify,
+    BuiltTile, Declaration, FORMAT_VERSION, LayerChange, LayerState, Reader, Source, StoreError, Terms, TileContent,
+    Writer, change_layer, verify,
 };
 use std::path::{Path, PathBuf};
 
@@ -162,7 +162,7 @@ fn an_unfinished_layer_answers_nothing_and_the_others_do() {
     assert_eq!(reader.layer("third").unwrap_err().code(), "no_such_layer");
     begin("first").abandon().unwrap();
     assert_eq!(Reader::open(&path).unwrap().layers().len(), 1);
-    remove_layer(&path, "second").unwrap();
+    change_layer(&path, "second", &LayerChange::Remove).unwrap();
     assert_eq!(Reader::open(&path).unwrap_err().code(), "empty_store");
     assert!(verify(&path, &|_, _| ()).unwrap().ok);
 }

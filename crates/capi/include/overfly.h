@@ -3,6 +3,7 @@
 #ifndef OVERFLY_H
 #define OVERFLY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -47,7 +48,7 @@ typedef struct {
 // What is known when a frame is to be located. Start from `overfly_fix_request_new()`, which states nothing.
 // Either `gsd_m_per_px`, or `camera` and `height_m`, must be stated.
 typedef struct {
-    // The layer to search; null: the only one, or `ortho`.
+    // The layer to search; null: the only one, or `ortho`; `any`: all layers, the newest first, older ones only on no fix.
     const char *layer;
     // Most likely latitude of the point straight below the camera, degrees; NaN: search the whole layer.
     double latitude_deg;
@@ -118,6 +119,14 @@ typedef struct {
     uint32_t inliers;
     // Base tiles whose imagery was searched.
     uint32_t tiles_searched;
+    // The map's own error that the covariances carry, one standard deviation per axis, metres.
+    double map_error_m;
+    // Whether the map states that error; if not, it is a default: half a pixel of the map, at least 3 m.
+    bool map_error_known;
+    // The layer of the fix.
+    char layer[48];
+    // Newest acquisition date of the sources of that layer, ISO 8601; empty: unknown.
+    char layer_date[32];
 } overfly_fix;
 
 // Why there is no fix.
@@ -128,6 +137,8 @@ typedef struct {
     char detail[256];
     // Base tiles whose imagery was searched.
     uint32_t tiles_searched;
+    // The layer that was searched; of several the one that came nearest to a fix.
+    char layer[48];
 } overfly_no_fix;
 
 // A position and its uncertainty. Start from `overfly_candidate_request_new()`, which states nothing. The position, the

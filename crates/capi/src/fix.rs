@@ -5,8 +5,9 @@ use crate::error::{call, overfly_status};
 use crate::frame::overfly_frame;
 use crate::store::overfly_store;
 use overfly_core::camera::Intrinsics;
-use overfly_flight::locate::candidates::default_layer;
-use overfly_flight::locate::{Answer, Fix, FixParameters, NoFix, PositionOf, Reason, ViewParameters, locate};
+use overfly_flight::locate::{
+    Answer, Fix, FixParameters, NoFix, PositionOf, Reason, ViewParameters, locate, requested_layer,
+};
 use std::ffi::c_char;
 
 /// A pinhole camera with OpenCV's distortion model. Pixels are counted from the upper-left corner of the image.
@@ -30,7 +31,7 @@ pub struct overfly_camera {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct overfly_fix_request {
-    /// The layer to search; null: the only one, or `ortho`.
+    /// The layer to search; null: the only one, or `ortho`; `any`: all layers, the newest first, older ones only on no fix.
     pub layer: *const c_char,
     /// Most likely latitude of the point straight below the camera, degrees; NaN: search the whole layer.
     pub latitude_deg: f64,
@@ -113,6 +114,14 @@ pub struct overfly_fix {
     pub inliers: u32,
     /// Base tiles whose imagery was searched.
     pub tiles_searched: u32,
+    /// The map's own error that the covariances carry, one standard deviation per axis, metres.
+    pub map_error_m: f64,
+    /// Whether the map states that error; if not, it is a default: half a pixel of the map, at least 3 m.
+    pub map_error_known: bool,
+    /// The layer of the fix.
+    pub layer: [c_char; 48],
+    /// Newest acquisition date of the sources of that layer, ISO 8601; empty: unknown.
+    pub layer_date: [c_char; 32],
 }
 
 /// Why there is no fix.
@@ -125,6 +134,8 @@ pub struct overfly_no_fix {
     pub detail: [c_char; 256],
     /// Base tiles whose imagery was searched.
     pub tiles_searched: u32,
+    /// The layer that was searched; of several the one that came nearest to a fix.
+    pub layer: [c_char; 48],
 }
 
 /// Returns a request that states nothing, with the usual standard deviations.
@@ -167,10 +178,7 @@ pub unsafe extern "C" fn overfly_locate(
         let frame = &unsafe { object(frame, "frame") }?.gray;
         let stated_request = unsafe { object(request, "request") }?;
         let out = unsafe { Place::new(fix, "fix") }?;
-        let layer = match unsafe { optional(stated_request.layer, "layer") }? {
-            Some(name) => name.to_owned(),
-            None => default_layer(store)?.name.clone(),
-        };
+        let layer = requested_layer(store, unsafe { optional(stated_request.layer, "layer") }?)?;
         let request = unsafe { stated_request.parameters() }.request(&layer)?;
         let threads = stated_request.threads.clamp(1, 1024) as usize;
         match locate(store, frame, &request, threads)? {
@@ -251,6 +259,10 @@ impl From<&Fix> for overfly_fix {
             false_fix_probability: fix.false_fix_probability,
             inliers: count(fix.inliers),
             tiles_searched: count(fix.tiles_searched),
+            map_error_m: fix.map_error_m,
+            map_error_known: fix.map_error_known,
+            layer: fixed(&fix.map.layer),
+            layer_date: fixed(fix.map.layer_date.as_deref().unwrap_or_default()),
         }
     }
 }
@@ -261,6 +273,7 @@ impl From<&NoFix> for overfly_no_fix {
             reason: fixed(word(none.reason)),
             detail: fixed(&none.detail),
             tiles_searched: count(none.tiles_searched),
+            layer: fixed(&none.map.layer),
         }
     }
 }

@@ -108,6 +108,8 @@ fn a_frame_is_located_as_the_library_locates_it() {
     let mut fix = empty_fix();
     let status = unsafe { overfly_locate(store, frame, &request(&camera), &mut fix, null_mut()) };
     assert_eq!(status, overfly_status::OVERFLY_OK);
+    assert_eq!(&fix.layer[..6], b"ortho\0".map(|c| c as std::ffi::c_char));
+    assert_eq!((fix.map_error_m, fix.map_error_known), (expected.map_error_m, expected.map_error_known));
     assert_eq!(
         (fix.latitude_deg, fix.longitude_deg),
         (expected.position.latitude_deg(), expected.position.longitude_deg())

@@ -50,6 +50,8 @@ pub enum Remedy {
         /// The source.
         path: PathBuf,
     },
+    /// Build the sources again, each with its date.
+    StateDatesInBuild,
     /// List the sources of the layer.
     ListSources,
     /// Remove the whole layer.

@@ -55,14 +55,25 @@ pub(super) fn layer_digest(
     version: u32,
     sources: &[Source],
 ) -> rusqlite::Result<[u8; 32]> {
-    let mut hasher = layer_hasher(layer, version, sources);
+    let hasher = layer_hasher(layer, version, sources);
+    hash_rows(connection, hasher, (layer.name, layer.name), version, &|footprint| footprint)
+}
+
+/// Adds the footprints of a layer to its digest, each altered, under the name that the layer will have.
+pub(super) fn hash_rows(
+    connection: &Connection,
+    mut hasher: Hasher,
+    (stored, name): (&str, &str),
+    version: u32,
+    alter: &dyn Fn(Footprint) -> Footprint,
+) -> rusqlite::Result<[u8; 32]> {
     let sql = format!(
         "SELECT {} FROM footprints f WHERE f.layer = ?1 ORDER BY f.zoom, f.tile_row, f.tile_column",
         footprint_rows::columns(version)
     );
     let mut statement = connection.prepare(&sql)?;
-    for row in statement.query_map([layer.name], footprint_rows::read)? {
-        hash_footprint(&mut hasher, layer.name, version, &row?);
+    for row in statement.query_map([stored], footprint_rows::read)? {
+        hash_footprint(&mut hasher, name, version, &alter(row?));
     }
     Ok(hasher.finalize().into())
 }
@@ -81,7 +92,7 @@ pub(super) fn layer_digest_from(
     hasher.finalize().into()
 }
 
-fn layer_hasher(layer: &LayerHashed<'_>, version: u32, sources: &[Source]) -> Hasher {
+pub(super) fn layer_hasher(layer: &LayerHashed<'_>, version: u32, sources: &[Source]) -> Hasher {
     let binds_places = version >= PLACES_SINCE;
     let mut hasher =
         Hasher::new_derive_key(if binds_places { "overfly layer digest 2" } else { "overfly layer digest 1" });

@@ -90,10 +90,18 @@ pub enum StoreError {
     },
     /// A name that is not allowed for a layer.
     #[error(
-        "invalid layer name {name:?}: a name has 1 to 40 of the characters a-z 0-9 _ -, starts with a letter or digit, does not start with overfly_, gpkg_, rtree_ or sqlite_, and is not footprints"
+        "invalid layer name {name:?}: a name has 1 to 40 of the characters a-z 0-9 _ -, starts with a letter or digit, does not start with overfly_, gpkg_, rtree_ or sqlite_, and is neither footprints nor any, which stands for all layers"
     )]
     LayerName {
         /// The given name.
+        name: String,
+    },
+    /// A layer, or a table of another program, has the new name already.
+    #[error("{path}: a layer or table {name:?} exists already", path = path.display())]
+    LayerExists {
+        /// The store.
+        path: PathBuf,
+        /// The new name.
         name: String,
     },
     /// The file or its folder cannot be read or written.
@@ -251,6 +259,7 @@ impl StoreError {
             Self::HotJournal { .. } => "unfinished_build",
             Self::NoLayer { .. } => "no_such_layer",
             Self::LayerName { .. } => "layer_name",
+            Self::LayerExists { .. } => "layer_exists",
             Self::Denied { .. } => "permission_denied",
             Self::NoFolder { .. } => "no_such_folder",
             Self::DiskFull { .. } => "disk_full",
@@ -295,6 +304,7 @@ impl StoreError {
             | Self::HotJournal { .. }
             | Self::NoLayer { .. }
             | Self::LayerName { .. }
+            | Self::LayerExists { .. }
             | Self::Denied { .. }
             | Self::NoFolder { .. }
             | Self::InTheWay { .. }
@@ -326,6 +336,7 @@ impl StoreError {
             Self::Changed { .. } => StoreRemedy::Reopen,
             Self::Damaged { .. } | Self::ForeignSchema { .. } => StoreRemedy::RestoreOrRebuild,
             Self::DamagedTile { .. } => StoreRemedy::VerifyAndRestore,
+            Self::LayerExists { .. } => StoreRemedy::ChooseOtherName,
             Self::InTheWay { .. } => StoreRemedy::RenameOrRemove,
             Self::SameFile { .. } => StoreRemedy::ChooseOtherPath,
             Self::NoLayer { .. }

@@ -145,7 +145,7 @@ impl Extract {
     /// # Errors
     /// [`StoreError::LayerName`], where the layer exists already, or the disk is full.
     pub fn begin_layer(&self, head: &LayerHead) -> Result<(), StoreError> {
-        layer::check_name(&head.name)?;
+        layer::check_stored_name(&head.name)?;
         let begin = || -> rusqlite::Result<()> {
             self.connection.execute_batch("BEGIN")?;
             geopackage::create_tile_table(&self.connection, &head.name)?;

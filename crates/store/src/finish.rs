@@ -16,6 +16,9 @@ use std::path::Path;
 /// A file with a larger share of unused pages is rewritten without them.
 const UNUSED_SHARE: f64 = 0.25;
 
+/// Footprints that are deleted at once.
+const REMOVED_AT_ONCE: usize = 4096;
+
 /// The result of the last transaction of a build.
 pub(super) struct Finished {
     /// Number of tiles of the layer.
@@ -110,17 +113,37 @@ pub(super) fn clear_pending(connection: &Connection, layer: &str) -> rusqlite::R
 /// Deletes a layer.
 pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     clear_pending(connection, layer)?;
-    for described in ["overfly_descriptors", "overfly_cells"] {
-        let of_layer = "footprint IN (SELECT fid FROM footprints WHERE layer = ?1)";
-        connection.execute(&format!("DELETE FROM {described} WHERE {of_layer}"), [layer])?;
-    }
-    for table in ["footprints", "overfly_tile_inputs", "overfly_sources"] {
+    remove_footprints(connection, layer)?;
+    for table in ["overfly_tile_inputs", "overfly_sources", "overfly_terrain", "overfly_index"] {
         connection.execute(&format!("DELETE FROM {table} WHERE layer = ?1"), [layer])?;
     }
     connection.execute("DELETE FROM overfly_layers WHERE name = ?1", [layer])?;
     geopackage::withdraw(connection, layer)?;
     connection.execute_batch(&format!("DROP TABLE IF EXISTS \"{layer}\""))?;
     geopackage::declare_footprints(connection)
+}
+
+/// Deletes the footprints of a layer with their descriptors and cells, some at a time: SQLite holds in memory which rows a statement
+/// deletes.
+fn remove_footprints(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+    loop {
+        let chunk: Vec<i64> = connection
+            .prepare_cached(&format!("SELECT fid FROM footprints WHERE layer = ?1 LIMIT {REMOVED_AT_ONCE}"))?
+            .query_map([layer], |row| row.get(0))?
+            .collect::<rusqlite::Result<_>>()?;
+        if chunk.is_empty() {
+            return Ok(());
+        }
+        for fid in chunk {
+            for sql in [
+                "DELETE FROM overfly_descriptors WHERE footprint = ?1",
+                "DELETE FROM overfly_cells WHERE footprint = ?1",
+                "DELETE FROM footprints WHERE fid = ?1",
+            ] {
+                connection.prepare_cached(sql)?.execute([fid])?;
+            }
+        }
+    }
 }
 
 /// Writes the row of a layer and its GeoPackage declaration from the contents of its tables. Returns the number of tiles.

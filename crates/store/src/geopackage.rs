@@ -3,7 +3,7 @@
 use super::geometry::SRS_ID;
 use overfly_core::geodesy::WORLD_M;
 use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX};
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, OptionalExtension, params};
 
 /// Size of a pixel at a zoom, metres of the projection.
 pub fn pixel_size_m(zoom: u8) -> f64 {
@@ -24,7 +24,11 @@ pub(super) fn create_tile_table(connection: &Connection, layer: &str) -> rusqlit
     ))
 }
 
-/// Declares a finished layer: contents, tile matrix set, and a tile matrix for each zoom. Replaces an older declaration.
+/// The description of a layer that nobody has described.
+pub(super) const NO_DESCRIPTION: &str = "orthophotos";
+
+/// Declares a finished layer: contents, tile matrix set, and a tile matrix for each zoom. Replaces an older declaration, and keeps its
+/// description.
 pub(super) fn declare(
     connection: &Connection,
     layer: &str,
@@ -32,12 +36,13 @@ pub(super) fn declare(
     bounds: &MercatorBounds,
     last_change: &str,
 ) -> rusqlite::Result<()> {
+    let described = description(connection, layer)?.unwrap_or_else(|| NO_DESCRIPTION.into());
     withdraw(connection, layer)?;
     connection.execute(
         "INSERT INTO gpkg_contents
              (table_name, data_type, identifier, description, last_change, min_x, min_y, max_x, max_y, srs_id)
-         VALUES (?1, 'tiles', ?1, 'orthophotos', ?2, ?3, ?4, ?5, ?6, ?7)",
-        params![layer, last_change, bounds.min_x_m, bounds.min_y_m, bounds.max_x_m, bounds.max_y_m, SRS_ID],
+         VALUES (?1, 'tiles', ?1, ?8, ?2, ?3, ?4, ?5, ?6, ?7)",
+        params![layer, last_change, bounds.min_x_m, bounds.min_y_m, bounds.max_x_m, bounds.max_y_m, SRS_ID, described],
     )?;
     let half_m = WORLD_M / 2.0;
     connection.execute(
@@ -61,6 +66,37 @@ pub(super) fn withdraw(connection: &Connection, layer: &str) -> rusqlite::Result
     for table in ["gpkg_tile_matrix", "gpkg_tile_matrix_set", "gpkg_contents"] {
         connection.execute(&format!("DELETE FROM {table} WHERE table_name = ?1"), [layer])?;
     }
+    Ok(())
+}
+
+/// The description of a declared layer.
+pub(super) fn description(connection: &Connection, layer: &str) -> rusqlite::Result<Option<String>> {
+    let sql = "SELECT description FROM gpkg_contents WHERE table_name = ?1";
+    let text: Option<Option<String>> = connection.query_row(sql, [layer], |row| row.get(0)).optional()?;
+    Ok(text.flatten())
+}
+
+/// Describes a declared layer; an empty text takes its description away.
+pub(super) fn describe(connection: &Connection, layer: &str, text: &str) -> rusqlite::Result<()> {
+    let text = if text.is_empty() { NO_DESCRIPTION } else { text };
+    connection.execute("UPDATE gpkg_contents SET description = ?2 WHERE table_name = ?1", [layer, text])?;
+    Ok(())
+}
+
+/// Gives a declared layer and its tile table another name.
+pub(super) fn rename(connection: &Connection, from: &str, to: &str) -> rusqlite::Result<()> {
+    connection.execute_batch(&format!("ALTER TABLE \"{from}\" RENAME TO \"{to}\""))?;
+    connection
+        .execute("UPDATE gpkg_contents SET table_name = ?2, identifier = ?2 WHERE table_name = ?1", [from, to])?;
+    for table in ["gpkg_tile_matrix_set", "gpkg_tile_matrix"] {
+        connection.execute(&format!("UPDATE {table} SET table_name = ?2 WHERE table_name = ?1"), [from, to])?;
+    }
+    Ok(())
+}
+
+/// Writes when a declared layer was last changed.
+pub(super) fn put_last_change(connection: &Connection, layer: &str, last_change: &str) -> rusqlite::Result<()> {
+    connection.execute("UPDATE gpkg_contents SET last_change = ?2 WHERE table_name = ?1", [layer, last_change])?;
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use super::versions::PLACES_SINCE;
 use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use rusqlite::{Connection, Row};
 use serde::Serialize;
+use std::cmp::Ordering;
 use std::path::Path;
 
 /// One epoch of imagery, with its own tile table.
@@ -35,11 +36,37 @@ pub struct Layer {
     pub terms: Terms,
 }
 
-/// Checks the name of a layer, which is also the name of its tile table.
+impl Layer {
+    /// The date of the layer: the latest acquisition date of its sources, if known.
+    pub fn date(&self) -> Option<&str> {
+        self.acquired.as_ref().map(|(_, latest)| latest.as_str())
+    }
+
+    /// Orders layers by age: the newest first, those without a date last, those of one date by name.
+    pub fn newest_first(&self, other: &Self) -> Ordering {
+        other.date().cmp(&self.date()).then_with(|| self.name.cmp(&other.name))
+    }
+}
+
+/// The name that stands for all layers of a store. No new layer can have it.
+pub const ANY_LAYER: &str = "any";
+
+/// Checks the name of a new layer, which is also the name of its tile table.
 ///
 /// # Errors
 /// [`StoreError::LayerName`].
 pub fn check_name(name: &str) -> Result<(), StoreError> {
+    if name == ANY_LAYER {
+        return Err(StoreError::LayerName { name: name.into() });
+    }
+    check_stored_name(name)
+}
+
+/// Checks the name of a layer in a store: one of an older program may be called [`ANY_LAYER`].
+///
+/// # Errors
+/// [`StoreError::LayerName`].
+pub fn check_stored_name(name: &str) -> Result<(), StoreError> {
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit();
     let shaped = (1..=40).contains(&name.len())
         && name.starts_with(plain)
@@ -64,7 +91,7 @@ pub(super) fn load_all(connection: &Connection, version: u32, path: &Path) -> Re
     let rows = statement.query_map([], read).map_err(fail)?;
     let layers = rows.collect::<rusqlite::Result<Vec<_>>>().map_err(fail)?;
     for layer in &layers {
-        check_name(&layer.name).map_err(|_| StoreError::Damaged {
+        check_stored_name(&layer.name).map_err(|_| StoreError::Damaged {
             path: path.into(),
             reason: format!("a layer named {:?}", layer.name),
         })?;
@@ -102,5 +129,27 @@ mod tests {
         for name in ["", "Ortho", "a b", "gpkg_contents", "overfly_layers", "footprints", "a\"; DROP", "-a"] {
             assert!(check_name(name).is_err(), "{name}");
         }
+        assert!(check_name(ANY_LAYER).is_err() && check_stored_name(ANY_LAYER).is_ok());
+    }
+
+    #[test]
+    fn the_newest_layer_is_first_and_an_undated_one_last() {
+        let layer = |name: &str, date: Option<&str>| Layer {
+            name: name.into(),
+            base_zoom: 14,
+            min_zoom: 13,
+            base_tiles: 1,
+            tiles: 2,
+            bounds_deg: [0.0; 4].into(),
+            acquired: date.map(|date| ("1999-01-01".into(), date.into())),
+            complete: true,
+            digest: None,
+            terms: Terms::default(),
+        };
+        let mut layers =
+            [("c", None), ("a", None), ("z", Some("2020-01-02")), ("y", Some("2020-01-02")), ("b", Some("2021-05-01"))]
+                .map(|(name, date)| layer(name, date));
+        layers.sort_by(Layer::newest_first);
+        assert_eq!(layers.map(|l| l.name), ["b", "y", "z", "a", "c"]);
     }
 }

@@ -56,7 +56,7 @@ fn outline(
     layer: &str,
     footprint: &Footprint,
 ) -> rusqlite::Result<Option<overfly_core::pixels::MaskOutline>> {
-    layer::check_name(layer).map_err(|_| rusqlite::Error::InvalidQuery)?;
+    layer::check_stored_name(layer).map_err(|_| rusqlite::Error::InvalidQuery)?;
     let tile = footprint.tile;
     let sql = format!("SELECT tile_data FROM \"{layer}\" WHERE zoom_level = ?1 AND tile_column = ?2 AND tile_row = ?3");
     let key = params![tile.zoom(), tile.column(), tile.row()];

@@ -14,7 +14,7 @@ use super::hashing;
 use super::layer::{self, Layer};
 use super::layer_state::LayerState;
 use super::source::{self, Source, SourceTable};
-use super::{StoreError, digest, manifest};
+use super::{StoreError, digest, geopackage, manifest};
 use overfly_core::tile::TileId;
 use parking_lot::Mutex;
 use rusqlite::{Connection, Params};
@@ -309,6 +309,15 @@ impl Reader {
         Ok(sources)
     }
 
+    /// Returns the text that describes a layer to people, if there is one. No digest proves it.
+    ///
+    /// # Errors
+    /// Where the store is damaged.
+    pub fn description(&self, layer: &Layer) -> Result<Option<String>, StoreError> {
+        let text = self.with(|c| geopackage::description(c, &layer.name))?;
+        Ok(text.filter(|text| text != geopackage::NO_DESCRIPTION))
+    }
+
     pub(super) fn require_complete(&self, layer: &Layer) -> Result<(), StoreError> {
         if layer.complete {
             return Ok(());
@@ -352,11 +361,15 @@ pub(super) fn collect(connection: &Connection, sql: &str, parameters: impl Param
     connection.prepare_cached(sql)?.query_map(parameters, footprint_rows::read)?.collect()
 }
 
-/// Computes the digest of a store from the stored digests of its layers.
-pub(super) fn stored_digest(connection: &Connection, contract: &str) -> rusqlite::Result<[u8; 32]> {
+/// Reads name and digest of each finished layer, by name.
+pub(super) fn layer_digests(connection: &Connection) -> rusqlite::Result<Vec<(String, [u8; 32])>> {
     let mut statement = connection
         .prepare("SELECT name, digest FROM overfly_layers WHERE complete = 1 AND digest NOT NULL ORDER BY name")?;
-    let rows: Vec<(String, [u8; 32])> =
-        statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect::<rusqlite::Result<_>>()?;
+    statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
+}
+
+/// Computes the digest of a store from the stored digests of its layers.
+pub(super) fn stored_digest(connection: &Connection, contract: &str) -> rusqlite::Result<[u8; 32]> {
+    let rows = layer_digests(connection)?;
     Ok(digest::store_digest(contract, rows.iter().map(|(name, digest)| (name.as_str(), *digest))))
 }

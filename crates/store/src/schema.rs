@@ -15,7 +15,7 @@ use std::sync::Arc;
 type Objects = BTreeMap<String, (String, Option<String>)>;
 
 /// The name of the tile table in the expected schema, which stands for that of every layer.
-const ANY_LAYER: &str = "any-layer";
+const SAMPLE_LAYER: &str = "any-layer";
 
 /// The expected schemas by version.
 static EXPECTED: Mutex<BTreeMap<u32, Arc<Objects>>> = Mutex::new(BTreeMap::new());
@@ -42,7 +42,7 @@ pub fn require_own(connection: &Connection, version: u32, path: &Path) -> Result
             });
         }
     }
-    match expected.keys().find(|name| !found.contains_key(*name) && *name != ANY_LAYER && !is_internal(name)) {
+    match expected.keys().find(|name| !found.contains_key(*name) && *name != SAMPLE_LAYER && !is_internal(name)) {
         None => Ok(()),
         Some(missing) => Err(StoreError::Damaged {
             path: path.into(),
@@ -56,9 +56,9 @@ fn is_own(expected: &Objects, name: &str, object: &(String, Option<String>)) -> 
     if let Some(own) = expected.get(name) {
         return own == object;
     }
-    let (kind, sql) = &expected[ANY_LAYER];
-    let of_layer = sql.as_ref().map(|sql| sql.replace(ANY_LAYER, name));
-    layer::check_name(name).is_ok() && (kind, of_layer) == (&object.0, object.1.clone())
+    let (kind, sql) = &expected[SAMPLE_LAYER];
+    let of_layer = sql.as_ref().map(|sql| sql.replace(SAMPLE_LAYER, name));
+    layer::check_stored_name(name).is_ok() && (kind, of_layer) == (&object.0, object.1.clone())
 }
 
 /// Whether an object belongs to another program, and no query of ours meets it: a plain table, or an index on one.
@@ -105,7 +105,7 @@ fn expected(version: u32) -> rusqlite::Result<Arc<Objects>> {
     let connection = Connection::open_in_memory()?;
     geometry::register_functions(&connection)?;
     migration::migrate(&connection, 0, version)?;
-    geopackage::create_tile_table(&connection, ANY_LAYER)?;
+    geopackage::create_tile_table(&connection, SAMPLE_LAYER)?;
     let made = Arc::new(objects(&connection)?.0);
     known.insert(version, made.clone());
     Ok(made)

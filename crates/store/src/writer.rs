@@ -161,26 +161,6 @@ impl Writer {
     }
 }
 
-/// Removes a layer from a store.
-///
-/// # Errors
-/// [`StoreError::NoLayer`], or where the file cannot be written.
-pub fn remove_layer(path: &Path, name: &str) -> Result<(), StoreError> {
-    layer::check_name(name)?;
-    let fail = |e| StoreError::sqlite(path, e);
-    let connection = connection::open_write(path)?;
-    require_contract(&connection, path)?;
-    let layers = layer::load_all(&connection, FORMAT_VERSION, path)?;
-    if !layers.iter().any(|l| l.name == name) {
-        let known: Vec<_> = layers.iter().map(|l| l.name.as_str()).collect();
-        return Err(StoreError::NoLayer { path: path.into(), name: name.into(), known: known.join(", ") });
-    }
-    let transaction = connection.unchecked_transaction().map_err(fail)?;
-    finish::remove(&transaction, name).map_err(fail)?;
-    transaction.commit().map_err(fail)?;
-    finish::compact(connection, path)
-}
-
 fn open_or_create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     let absent = match std::fs::metadata(path) {
         Ok(metadata) => metadata.is_file() && metadata.len() == 0,

@@ -1,10 +1,10 @@
 //! `overfly calibrate`: measures the time and the error of registrations on this machine.
 
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::lab::project_tiles::{build_store, project_tiles};
 use crate::cli::lab::relative::{laws_text, measure};
-use crate::cli::layer::chosen_layer;
 use crate::cli::number;
 use crate::cli::output::Output;
 use anyhow::Context;

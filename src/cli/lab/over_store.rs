@@ -1,8 +1,8 @@
 //! The arguments of every command that flies a recorded flight over a store.
 
 use crate::cli::attitude_note::attitude_note;
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::failure::Failure;
-use crate::cli::layer::chosen_layer;
 use crate::cli::number::attitude_sigma;
 use crate::cli::output::Output;
 use overfly_lab::trial::RecordedFlight;

@@ -4,11 +4,11 @@ mod sensitivity_csv;
 mod summary;
 mod text;
 
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::mosaic::{finest_level, mosaic_of};
-use crate::cli::layer::chosen_layer;
 use crate::cli::number::{positive, share};
 use crate::cli::output::Output;
 use overfly_core::coupling::Calibration;

@@ -7,7 +7,7 @@ use crate::cli::output::Output;
 use crate::cli::preflight::interrupt::Interrupt;
 use crate::cli::preflight::remedy::explain_rejected;
 use overfly_ingest::build::{self, BuildEstimate, BuildSummary, Progress, Rejected, Request};
-use overfly_store::{Terms, remove_layer};
+use overfly_store::{LayerChange, Terms, change_layer};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -15,6 +15,8 @@ use std::path::PathBuf;
 const HELP: &str = "\
 A layer is one epoch of imagery; a store holds any number of layers. Running build again on a layer adds to it, and continues an
 interrupted build. Within a layer, newer sources cover older ones; sources without a date count as oldest.
+
+`overfly layer` renames, describes and removes layers. No layer can be called any: `overfly fix --layer any` searches all of them.
 
 Examples:
   overfly build --db map.gpkg photos/ --dry-run
@@ -73,15 +75,15 @@ pub struct Args {
     /// Remove a source from the layer: its path, or at least 8 digits of its hash. May be repeated.
     #[arg(long, value_name = "SOURCE")]
     remove_source: Vec<String>,
-    /// Remove the whole layer from the store.
-    #[arg(long, conflicts_with_all = ["sources", "remove_source", "replace_layer", "dry_run"])]
+    /// The old spelling of `overfly layer remove --db FILE NAME --yes`.
+    #[arg(long, hide = true, conflicts_with_all = ["sources", "remove_source", "replace_layer", "dry_run"])]
     remove_layer: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.remove_layer {
-        remove_layer(&args.db, &args.layer)?;
+        change_layer(&args.db, &args.layer, &LayerChange::Remove)?;
         let removed = serde_json::json!({"db": args.db, "removed_layer": args.layer});
         output.say(&removed, || format!("{}: layer {} removed", args.db.display(), args.layer));
         return Ok(Exit::Done);

@@ -5,6 +5,7 @@ mod export;
 mod export_warnings;
 mod failure;
 mod interrupt;
+mod layer;
 mod merge;
 pub(super) mod remedy;
 
@@ -18,6 +19,9 @@ use clap::Subcommand;
 pub enum Command {
     /// Build a store from orthophotos.
     Build(build::Args),
+    /// Rename, describe or remove a layer of a store that was built.
+    #[command(subcommand, after_help = layer::HELP)]
+    Layer(layer::LayerCommand),
     /// Merge stores that were built separately into one.
     Merge(merge::Args),
     /// Cut out what one flight needs, for the aircraft's storage.
@@ -28,6 +32,7 @@ pub enum Command {
 pub fn run(command: &Command, output: &Output) -> Result<Exit, Failure> {
     match command {
         Command::Build(args) => build::run(args, output),
+        Command::Layer(command) => layer::run(command, output),
         Command::Merge(args) => merge::run(args, output),
         Command::Export(args) => export::run(args, output),
     }

@@ -46,8 +46,11 @@ pub fn spell(remedy: &Remedy) -> String {
             "put it back, remove it from the layer with --remove-source {}, or build the layer from other sources with --replace-layer",
             path.display()
         ),
+        Remedy::StateDatesInBuild => "state them with `overfly build SOURCE --date D`, source by source".into(),
         Remedy::ListSources => "`overfly info --json` lists its sources".into(),
-        Remedy::RemoveLayer => "remove the whole layer with --remove-layer".into(),
+        Remedy::RemoveLayer => {
+            "a layer has at least one source; `overfly layer remove` removes whole layers, and asks first".into()
+        }
         Remedy::ResumeBuild => "run the same build again to resume it".into(),
         Remedy::MergeBuiltStores => "merge the stores that were built, and export from the result".into(),
         Remedy::RebuildAtZoom { layer, zoom } => {

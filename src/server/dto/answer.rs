@@ -2,7 +2,7 @@
 
 use super::stable_word::stable_word;
 use overfly_core::geodesy::Geodetic;
-use overfly_flight::locate::{Answer, Fix, NoFix, PositionOf, Reason};
+use overfly_flight::locate::{Answer, Fix, NoFix, PositionOf, Reason, SearchedMap};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -41,6 +41,22 @@ pub(crate) struct PointJson {
     longitude_deg: f64,
 }
 
+/// The map that an answer is from, and what else was searched for it.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = SearchedMap)]
+pub(crate) struct SearchedMapJson {
+    /// The layer that the answer is from: that of the fix, or, of several layers without a fix, the one that came nearest to one.
+    layer: String,
+    /// Newest acquisition date of the sources of that layer, if known.
+    layer_date: Option<String>,
+    /// Digest of the store, hexadecimal.
+    store_digest: String,
+    /// The layers that were searched, in this order. One, unless the request asks for `any`.
+    layers_searched: Vec<String>,
+    /// Number of layers that might have been searched: `log10_false_alarms` counts all of them.
+    layers_charged: usize,
+}
+
 /// Where the camera was.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = Fix)]
@@ -71,7 +87,8 @@ pub(crate) struct FixJson {
     /// Probability that a fix with this evidence is wrong: by chance, or because the frame lies at a place that fits almost as well.
     /// Never below 1.5e-4, which is what trials prove.
     false_fix_probability: f64,
-    /// log10 of the number of equally good matches expected by chance in a search of this size (a contrario).
+    /// log10 of the number of equally good matches expected by chance in a search of this size (a contrario), all layers that might
+    /// have been searched included.
     log10_false_alarms: Option<f64>,
     /// The ground at the centre of the image.
     image_centre: PointJson,
@@ -84,8 +101,14 @@ pub(crate) struct FixJson {
     tiles_searched: usize,
     /// The paper's count for this search.
     nominal_count: f64,
+    /// The map's own error that the covariances carry, one standard deviation per axis, metres.
+    map_error_m: f64,
+    /// Whether the map states that error. If not, `map_error_m` is a default: half a pixel of the map, at least 3 m.
+    map_error_known: bool,
     /// Newest acquisition date of the map there, if known.
     map_epoch: Option<String>,
+    #[serde(flatten)]
+    map: SearchedMapJson,
     /// The image time of the request.
     time_s: Option<f64>,
     /// Time from the decoded frame to this answer, milliseconds.
@@ -122,6 +145,8 @@ pub(crate) struct NoFixJson {
     tiles_searched: usize,
     /// The paper's count for this search.
     nominal_count: f64,
+    #[serde(flatten)]
+    map: SearchedMapJson,
     /// The image time of the request.
     time_s: Option<f64>,
     /// Time from the decoded frame to this answer, milliseconds.
@@ -181,6 +206,18 @@ impl From<Geodetic> for PointJson {
     }
 }
 
+impl From<SearchedMap> for SearchedMapJson {
+    fn from(map: SearchedMap) -> Self {
+        Self {
+            layer: map.layer,
+            layer_date: map.layer_date,
+            store_digest: map.store_digest,
+            layers_searched: map.layers_searched,
+            layers_charged: map.layers_charged,
+        }
+    }
+}
+
 impl FixJson {
     fn new(fix: Fix, elapsed_ms: f64) -> Self {
         Self {
@@ -202,7 +239,10 @@ impl FixJson {
             inliers: fix.inliers,
             tiles_searched: fix.tiles_searched,
             nominal_count: fix.nominal_count,
+            map_error_m: fix.map_error_m,
+            map_error_known: fix.map_error_known,
             map_epoch: fix.map_epoch,
+            map: fix.map.into(),
             time_s: fix.time_s,
             elapsed_ms,
         }
@@ -219,6 +259,7 @@ impl NoFixJson {
             log10_false_alarms: no_fix.log10_false_alarms,
             tiles_searched: no_fix.tiles_searched,
             nominal_count: no_fix.nominal_count,
+            map: no_fix.map.into(),
             time_s: no_fix.time_s,
             elapsed_ms,
         }

@@ -12,6 +12,21 @@ pub enum Answer {
     NoFix(NoFix),
 }
 
+/// The map that an answer is from, and what else was searched for it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SearchedMap {
+    /// Digest of the store, hexadecimal.
+    pub store_digest: String,
+    /// The layer that the answer is from: that of the fix, or, of several layers without a fix, the one that came nearest to one.
+    pub layer: String,
+    /// Newest acquisition date of the sources of that layer, where known.
+    pub layer_date: Option<String>,
+    /// The layers that were searched, in this order.
+    pub layers_searched: Vec<String>,
+    /// Number of layers that might have been searched: the number of false alarms counts all of them.
+    pub layers_charged: usize,
+}
+
 /// Where the camera was when the frame was taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
@@ -34,7 +49,8 @@ pub struct Fix {
     /// Probability that a fix with this evidence is wrong: by chance, or because the frame lies at a place that fits almost as well.
     /// Never below 1.5e-4, which is what trials prove.
     pub false_fix_probability: f64,
-    /// log10 of the number of false alarms with this evidence expected by chance in a search of this size.
+    /// log10 of the number of false alarms with this evidence expected by chance in a search of this size, all layers that might have
+    /// been searched included.
     pub log10_false_alarms: Option<f64>,
     /// The ground point at the centre of the image, which is what registration measures.
     pub image_centre: Geodetic,
@@ -48,8 +64,14 @@ pub struct Fix {
     pub tiles_searched: usize,
     /// The paper's nominal count for this search.
     pub nominal_count: f64,
+    /// The map's own error that the covariances carry, one standard deviation per axis, metres.
+    pub map_error_m: f64,
+    /// Whether the map states that error. Otherwise `map_error_m` is a default: half a pixel of the map, at least 3 m.
+    pub map_error_known: bool,
     /// Newest acquisition date of the map at the nadir, where known.
     pub map_epoch: Option<String>,
+    /// The map that was searched.
+    pub map: SearchedMap,
     /// The request's image time, seconds.
     pub time_s: Option<f64>,
 }
@@ -73,18 +95,28 @@ pub struct NoFix {
     pub detail: String,
     /// z-score of the best place, where a search was made.
     pub score: Option<f64>,
-    /// log10 of the number of false alarms as good as the best place expected by chance in a search of this size; absent where no
-    /// place had windows that agree.
+    /// log10 of the number of false alarms as good as the best place expected by chance in a search of this size, all layers that
+    /// might have been searched included; absent where no place had windows that agree.
     pub log10_false_alarms: Option<f64>,
     /// Number of base tiles whose imagery was searched.
     pub tiles_searched: usize,
     /// The paper's nominal count for this search.
     pub nominal_count: f64,
+    /// The map that was searched.
+    pub map: SearchedMap,
     /// The request's image time, seconds.
     pub time_s: Option<f64>,
 }
 
 impl Answer {
+    /// The map that was searched.
+    pub fn map(&self) -> &SearchedMap {
+        match self {
+            Self::Fix(fix) => &fix.map,
+            Self::NoFix(none) => &none.map,
+        }
+    }
+
     /// The answer for the original of a frame in which `reduction` x `reduction` pixels were averaged to one.
     pub fn for_original(self, reduction: u32) -> Self {
         match self {

@@ -1,6 +1,6 @@
 //! The last stage of a registration: from the verdict to the answer.
 
-use super::answer::{Answer, Fix, NoFix, PositionOf, Reason};
+use super::answer::{Answer, Fix, NoFix, PositionOf, Reason, SearchedMap};
 use super::area::extent_m;
 use super::fix_covariance::FixCovariances;
 use super::place_estimate::{PlaceEstimate, TiltFound};
@@ -72,8 +72,21 @@ pub fn no_fix(context: &SearchContext<'_>, size: SearchSize, refusal: &Refusal, 
         log10_false_alarms: verdict.and_then(|v| v.log10_false_alarms),
         tiles_searched: size.tiles_searched,
         nominal_count: size.nominal_count,
+        map: searched_map(context),
         time_s: context.request.time_s,
     })
+}
+
+/// The map of a search of one layer.
+fn searched_map(context: &SearchContext<'_>) -> SearchedMap {
+    let layer = context.layer;
+    SearchedMap {
+        store_digest: context.store.digest().to_owned(),
+        layer: layer.name.clone(),
+        layer_date: layer.date().map(str::to_owned),
+        layers_searched: vec![layer.name.clone()],
+        layers_charged: context.layers,
+    }
 }
 
 /// The fix at a place; `None` beyond the tile matrix.
@@ -94,8 +107,8 @@ fn fix(
     let gsd = gsd_at(image_centre, estimate.zoom);
     let footprint = footprint_at(context, image_centre)?;
     let finest_m_per_px = gsd_at(image_centre, context.layer.base_zoom).mean_m_per_px();
-    let map_error_m =
-        footprint.as_ref().map_or_else(|| default_error_m(finest_m_per_px), |f| f.error_or_default_m(finest_m_per_px));
+    let stated_error_m = footprint.as_ref().and_then(|f| f.horizontal_error_m);
+    let map_error_m = stated_error_m.unwrap_or_else(|| default_error_m(finest_m_per_px));
     let covariances = FixCovariances::new(&estimate, tilt.as_ref(), view, &camera, gsd, map_error_m);
     // A view without a height looks straight down: its nadir is the image's centre.
     let (position_of, covariance, attitude_sigma_rad) = match view {
@@ -119,7 +132,10 @@ fn fix(
         inliers: place.refined.fit.inliers.len(),
         tiles_searched: size.tiles_searched,
         nominal_count: size.nominal_count,
+        map_error_m,
+        map_error_known: stated_error_m.is_some(),
         map_epoch: footprint.and_then(|f| f.acquired),
+        map: searched_map(context),
         time_s: context.request.time_s,
     }))
 }

@@ -3,6 +3,7 @@
 
 use super::answer::{Answer, Fix};
 use super::cancellation::CancellationToken;
+use super::epochs::searched_layers;
 use super::error::LocateError;
 use super::locate_frame::locate_cancellable;
 use super::request::{FixRequest, HeadingPrior};
@@ -184,7 +185,8 @@ fn trials(store: &Reader, request: &FixRequest) -> Vec<Trial> {
         let request = FixRequest { heading: None, ..request.clone() };
         trials.push(Trial { request, change: Change::AnyHeading(stated_deg) });
     }
-    for layer in store.layers().iter().filter(|l| l.complete && l.name != request.layer) {
+    let searched = searched_layers(store, &request.layer).unwrap_or_default();
+    for layer in store.finished_layers().filter(|layer| !searched.iter().any(|s| s.name == layer.name)) {
         let request = FixRequest { layer: layer.name.clone(), ..request.clone() };
         trials.push(Trial { request, change: Change::Layer });
     }

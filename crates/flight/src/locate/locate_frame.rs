@@ -4,6 +4,7 @@ use super::answer::Answer;
 use super::answering::{SearchSize, answer, no_fix};
 use super::cancellation::CancellationToken;
 use super::coarse_peaks::CoarsePeaks;
+use super::epochs::{nearest, searched_layers};
 use super::error::LocateError;
 use super::map::Map;
 use super::prepare::PreparedFrame;
@@ -19,7 +20,7 @@ use overfly_core::camera::Camera;
 use overfly_core::pixels::Gray;
 use overfly_store::Reader;
 
-/// Locates a frame on a layer: a fix, or no fix and why. `threads` bounds the parallelism; it does not change the answer.
+/// Locates a frame on a layer, or on all layers ([`overfly_store::ANY_LAYER`]), the newest first: a fix, or no fix and why. `threads` bounds the parallelism; it does not change the answer.
 ///
 /// # Errors
 /// [`LocateError`] where the request or the store cannot be used. "No fix" is an answer.
@@ -62,13 +63,12 @@ pub fn locate_cancellable(
     cancellation: &CancellationToken,
 ) -> Result<Answer, LocateError> {
     request.check()?;
-    let layer = store.layer(&request.layer)?;
-    let context = SearchContext { store, layer, request, threads, cancellation };
-    Ok(register(&context, frame)?.answer)
+    let search = |context: &SearchContext<'_>| Ok((register(context, frame)?.answer, ()));
+    Ok(over_layers(store, request, threads, cancellation, &search)?.0)
 }
 
-/// As [`locate`], with a trace of the search: levels, peaks, windows and decision. The trace costs one more observation of the
-/// frame and one more correlation of the coarse search.
+/// As [`locate`], with a trace of the search of the layer that the answer is from: levels, peaks, windows and decision. The trace
+/// costs one more observation of the frame and one more correlation of the coarse search.
 ///
 /// # Errors
 /// As [`locate`].
@@ -79,17 +79,40 @@ pub fn locate_traced(
     threads: usize,
 ) -> Result<(Answer, Trace), LocateError> {
     request.check()?;
-    let layer = store.layer(&request.layer)?;
-    let cancellation = CancellationToken::new();
-    let context = SearchContext { store, layer, request, threads, cancellation: &cancellation };
-    let registration = register(&context, frame)?;
-    let trace = match &registration.search {
-        Some((prepared, search)) => {
-            Trace::new(&context, prepared, &search.peaks, search.verdict.as_ref(), search.is_wide)?
-        }
-        None => Trace::default(),
+    let search = |context: &SearchContext<'_>| {
+        let registration = register(context, frame)?;
+        let trace = match &registration.search {
+            Some((prepared, search)) => {
+                Trace::new(context, prepared, &search.peaks, search.verdict.as_ref(), search.is_wide)?
+            }
+            None => Trace::default(),
+        };
+        Ok((registration.answer, trace))
     };
-    Ok((registration.answer, trace))
+    over_layers(store, request, threads, &CancellationToken::new(), &search)
+}
+
+/// Searches the layers of a request one after the other, until the answer of one stands. Each search counts the false alarms of all.
+fn over_layers<T>(
+    store: &Reader,
+    request: &FixRequest,
+    threads: usize,
+    cancellation: &CancellationToken,
+    search: &dyn Fn(&SearchContext<'_>) -> Result<(Answer, T), LocateError>,
+) -> Result<(Answer, T), LocateError> {
+    let searched = searched_layers(store, &request.layer)?;
+    let layers = searched.len();
+    let mut answers = Vec::with_capacity(layers);
+    for layer in searched {
+        cancellation.check()?;
+        let (answer, more) = search(&SearchContext { store, layer, layers, request, threads, cancellation })?;
+        let stands = answer.stands();
+        answers.push((answer, more));
+        if stands {
+            break;
+        }
+    }
+    Ok(nearest(answers))
 }
 
 /// As [`locate`], with the evidence of the best place, be it a fix or not: what trials compare with the truth.
@@ -103,13 +126,13 @@ pub fn locate_weighed(
     threads: usize,
 ) -> Result<(Answer, Option<WeighedPlace>), LocateError> {
     request.check()?;
-    let layer = store.layer(&request.layer)?;
-    let cancellation = CancellationToken::new();
-    let context = SearchContext { store, layer, request, threads, cancellation: &cancellation };
-    let registration = register(&context, frame)?;
-    let verdict = registration.search.as_ref().and_then(|(_, search)| search.verdict.as_ref());
-    let place = verdict.and_then(|v| v.places.first()).and_then(WeighedPlace::new);
-    Ok((registration.answer, place))
+    let search = |context: &SearchContext<'_>| {
+        let registration = register(context, frame)?;
+        let verdict = registration.search.as_ref().and_then(|(_, search)| search.verdict.as_ref());
+        let place = verdict.and_then(|v| v.places.first()).and_then(WeighedPlace::new);
+        Ok((registration.answer, place))
+    };
+    over_layers(store, request, threads, &CancellationToken::new(), &search)
 }
 
 /// An answer, and the values of the search that led to it.

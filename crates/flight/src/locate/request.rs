@@ -95,7 +95,7 @@ impl HeadingPrior {
 /// A request for one absolute registration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixRequest {
-    /// Name of the layer to search.
+    /// Name of the layer to search, or [`overfly_store::ANY_LAYER`]: all layers, the newest first, older ones only on no fix.
     pub layer: String,
     /// What is known of the position.
     pub position: PositionPrior,

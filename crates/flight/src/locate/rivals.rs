@@ -64,6 +64,8 @@ const SAME_HEADING_RAD: f64 = 0.03;
 pub struct RivalReport {
     /// Rivals compared.
     pub count: usize,
+    /// Number of layers that may be searched. The probability of an alias counts all of them.
+    pub layers: usize,
     /// The rival that the place beats by the fewest standard errors.
     pub strongest: Option<Rival>,
 }
@@ -81,7 +83,7 @@ impl RivalReport {
     /// The probability that the place is that of a rival; 0 where there is none.
     pub fn alias_probability(&self) -> f64 {
         let Some(Rival { difference, .. }) = self.strongest else { return 0.0 };
-        10f64.powf(log10_alias_probability(difference.t_score(), difference.blocks, self.count))
+        10f64.powf(log10_alias_probability(difference.t_score(), difference.blocks, self.count * self.layers))
     }
 
     /// The rival that makes the place ambiguous, if there is one.
@@ -138,7 +140,7 @@ impl RivalSearch<'_> {
         z_score: f64,
         coarse: &CoarsePeaks,
     ) -> Result<RivalReport, LocateError> {
-        let mut report = RivalReport::default();
+        let mut report = RivalReport { layers: self.context.layers, ..RivalReport::default() };
         let candidates = self.candidates(place, near, z_score, coarse)?;
         if candidates.is_empty() {
             return Ok(report);

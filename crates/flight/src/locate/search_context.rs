@@ -11,6 +11,8 @@ pub struct SearchContext<'a> {
     pub store: &'a Reader,
     /// The layer to search.
     pub layer: &'a Layer,
+    /// Number of layers that may be searched for this request, this one included. The number of false alarms counts all of them.
+    pub layers: usize,
     /// The request.
     pub request: &'a FixRequest,
     /// Threads that the search may use; their number does not change the answer.

@@ -24,7 +24,7 @@ use overfly_store::StoreError;
 const MAX_LOG10_FALSE_ALARMS: f64 = -6.0;
 /// A fix this sure among the likely headings and scales ends the search.
 const SURE_LOG10_FALSE_ALARMS: f64 = -15.0;
-/// A second place with this much evidence makes the first ambiguous.
+/// A second place with this much evidence in its own layer makes the first ambiguous.
 const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
 /// Number of refined places whose whole view is compared.
 const VERIFIED_PLACES: usize = 2;
@@ -65,7 +65,7 @@ pub struct VerifiedPlace {
     /// Whether the view is smeared, looked for only at a fix.
     pub is_smeared: bool,
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
-    /// windows, which at a wrong place are almost independent.
+    /// windows, which at a wrong place are almost independent, times the number of layers that may be searched.
     pub log10_false_alarms: f64,
 }
 
@@ -115,7 +115,8 @@ impl Verifier<'_> {
         }
         verified.sort_by(|(a, _), (b, _)| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
         let (mut places, observations): (Vec<_>, Vec<_>) = verified.into_iter().unzip();
-        let least_hopeless = hopeless.iter().map(|r| r.log10_window_false_alarms).reduce(f64::min);
+        let hopeless_windows = hopeless.iter().map(|r| r.log10_window_false_alarms).reduce(f64::min);
+        let least_hopeless = hopeless_windows.map(|windows| windows + self.log10_layers());
         unverified.extend(hopeless);
         let (refusal, score, log10_false_alarms) = match (coarse.peaks.first(), places.first()) {
             (None, _) => {
@@ -157,7 +158,7 @@ impl Verifier<'_> {
         let peak_z_score = observation.as_ref().and_then(z_score).unwrap_or(0.0);
         let near_rivals_px = observation.as_ref().map(near_maxima).unwrap_or_default();
         let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
-        let log10_false_alarms = by_chance + refined.log10_window_false_alarms;
+        let log10_false_alarms = by_chance + refined.log10_window_false_alarms + self.log10_layers();
         let place = VerifiedPlace {
             refined,
             peak_z_score,
@@ -168,6 +169,12 @@ impl Verifier<'_> {
             log10_false_alarms,
         };
         Ok((place, observation))
+    }
+
+    /// What the search of several layers adds to the log10 of the false alarms: the union bound over their searches, whichever of
+    /// them are made.
+    fn log10_layers(&self) -> f64 {
+        (self.context.layers as f64).log10()
     }
 
     /// Why the best place is not a fix; `None` where it is.
@@ -183,7 +190,9 @@ impl Verifier<'_> {
             );
             return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
         }
-        if let Some(second) = second.filter(|s| s.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS) {
+        // The other layers must not make the second place weaker than it is.
+        let is_rival = |s: &&VerifiedPlace| s.log10_false_alarms - self.log10_layers() < AMBIGUOUS_LOG10_FALSE_ALARMS;
+        if let Some(second) = second.filter(is_rival) {
             let detail = format!(
                 "a second place agrees as well: 10^{:.1} and 10^{:.1} such places are expected by chance",
                 best.log10_false_alarms, second.log10_false_alarms

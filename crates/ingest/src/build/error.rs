@@ -82,6 +82,12 @@ pub enum BuildError {
         /// The text given.
         date: String,
     },
+    /// One date for all sources of the layer would change which of them covers which.
+    #[error("sources of layer {layer} that overlap have different dates, and with one date others would cover")]
+    DateChangesCover {
+        /// The layer.
+        layer: String,
+    },
     /// A parameter out of its range.
     #[error("{name} = {value}: expected {expected}")]
     Parameter {
@@ -125,6 +131,7 @@ impl BuildError {
             Self::NoSuchSource { .. } => "no_such_source",
             Self::LastSource { .. } => "last_source",
             Self::Date { .. } => "date",
+            Self::DateChangesCover { .. } => "date_changes_cover",
             Self::Parameter { .. } => "parameter",
             Self::TooManyTiles { .. } => "too_many_tiles",
             Self::Cancelled => "cancelled",
@@ -140,6 +147,7 @@ impl BuildError {
             Self::SourceGone { path, .. } => Some(Remedy::RestoreSource { path: path.clone() }),
             Self::NoSuchSource { .. } => Some(Remedy::ListSources),
             Self::LastSource { .. } => Some(Remedy::RemoveLayer),
+            Self::DateChangesCover { .. } => Some(Remedy::StateDatesInBuild),
             Self::TooManyTiles { .. } => Some(Remedy::FewerTiles),
             Self::Cancelled => Some(Remedy::ResumeBuild),
         }

@@ -10,6 +10,7 @@ mod composite;
 mod declare;
 mod error;
 mod gather;
+mod layer_description;
 mod merge;
 mod outline;
 mod overview;
@@ -23,6 +24,7 @@ mod summary;
 
 pub use build_estimate::{BuildEstimate, dry_run};
 pub use error::{BuildError, MAX_TILES, Rejected};
+pub use layer_description::DescribeRequest;
 pub use merge::{Conflict, MergeError, MergeRequest, Merged, MergedLayer, merge};
 pub use pipeline::Progress;
 pub use recipe::KEYPOINTS_PER_TILE;

@@ -62,7 +62,7 @@ impl Request {
 }
 
 /// Whether a text is YYYY-MM-DD or YYYY-MM-DDTHH:MM:SSZ and names an existing day. Leap seconds are accepted.
-fn is_date(text: &str) -> bool {
+pub fn is_date(text: &str) -> bool {
     let shape = |pattern: &str| {
         text.len() == pattern.len()
             && text.bytes().zip(pattern.bytes()).all(|(c, p)| if p == b'0' { c.is_ascii_digit() } else { c == p })

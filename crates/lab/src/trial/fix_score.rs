@@ -143,7 +143,7 @@ impl FixOutcome {
 pub(crate) mod tests {
     use super::*;
     use overfly_core::geodesy::{CHI_SQUARE_95, Geodetic, Heading, LocalFrame};
-    use overfly_flight::locate::{Fix, NoFix, PositionOf, Reason};
+    use overfly_flight::locate::{Fix, NoFix, PositionOf, Reason, SearchedMap};
 
     /// A fix with an error of `error` metres and a given covariance, or no fix.
     pub(crate) fn outcome(error: Option<[f64; 2]>, covariance_m2: [[f64; 2]; 2]) -> FixOutcome {
@@ -169,7 +169,10 @@ pub(crate) mod tests {
                     inliers: 30,
                     tiles_searched: 6,
                     nominal_count: 4.0,
+                    map_error_m: 0.0,
+                    map_error_known: true,
                     map_epoch: None,
+                    map: SearchedMap::default(),
                     time_s: None,
                 })
             }
@@ -180,6 +183,7 @@ pub(crate) mod tests {
                 log10_false_alarms: None,
                 tiles_searched: 9,
                 nominal_count: 4.0,
+                map: SearchedMap::default(),
                 time_s: None,
             }),
         };

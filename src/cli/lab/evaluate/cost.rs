@@ -1,9 +1,9 @@
 //! `overfly evaluate cost`: measures the time of a search against the number of tiles.
 
+use crate::cli::chosen_layer::chosen_layer;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
-use crate::cli::layer::chosen_layer;
 use crate::cli::number::positive;
 use crate::cli::output::Output;
 use overfly_lab::report::cost_svg;

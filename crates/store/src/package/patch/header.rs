@@ -1,8 +1,9 @@
 //! The header of a patch, as JSON.
 
 use super::record::MalformedPatch;
+use crate::layer::check_stored_name;
 use crate::package::{SEAL_LEN, Seal};
-use crate::{LayerHead, PATCH_MAGIC, Source, check_name, hex};
+use crate::{LayerHead, PATCH_MAGIC, Source, hex};
 use overfly_core::tile::TileId;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
@@ -64,7 +65,7 @@ impl SealedResult {
 /// Checks name and levels of a layer.
 fn check(head: &LayerHead) -> Result<(), MalformedPatch> {
     let wrong = |reason: String| MalformedPatch::Content(format!("its header: {reason}"));
-    check_name(&head.name).map_err(|e| wrong(e.to_string()))?;
+    check_stored_name(&head.name).map_err(|e| wrong(e.to_string()))?;
     TileId::new(head.base_zoom, 0, 0).map_err(|e| wrong(e.to_string()))?;
     if head.min_zoom > head.base_zoom {
         return Err(wrong(format!("layer {} has no level", head.name)));
