@@ -7,7 +7,7 @@ use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::tile::TileId;
-use overfly_flight::locate::candidates::{CandidateQuery, ResidentIndex, candidates, rank};
+use overfly_flight::locate::candidates::{CandidateQuery, ResidentIndex, SearchCost, candidates, rank};
 use overfly_store::{BuiltTile, Declaration, EncodedTile, Reader, Source, Terms, TileContent, Writer};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -90,6 +90,7 @@ fn main() {
         let query = query(centre, drift_m);
         let region = Region::new(query.centre, query.image, query.uncertainty).expect("a region");
         let bounds = region.mercator_bounds();
+        let cost = SearchCost::new(layer, ZOOM, query.centre, query.image);
         let tiles = candidates(&store, &query).expect("an answer").tiles.len();
         let mut group = criterion.benchmark_group(format!("{tiles} tiles"));
         group.sample_size(20);
@@ -106,7 +107,7 @@ fn main() {
             b.iter(|| {
                 let region = Region::new(query.centre, query.image, query.uncertainty).expect("a region");
                 let met = index.footprints_in(&region.mercator_bounds());
-                black_box(rank("ortho", met.into_iter(), &region, None).containment)
+                black_box(rank("ortho", met.into_iter(), &region, None, &cost).containment)
             });
         });
         group.finish();

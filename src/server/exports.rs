@@ -210,11 +210,16 @@ fn request(parameters: &ExportParameters) -> Result<ExportRequest, ServerError> 
     let valid_until = parameters.valid_until.as_deref().map(parse_date).transpose();
     Ok(ExportRequest {
         layers: parameters.layers.clone(),
-        max_bytes: parameters.max_bytes,
+        max_bytes: not_negative("max_bytes", parameters.max_bytes)?,
         jpeg_quality: parameters.jpeg_quality,
         valid_until: valid_until.map_err(|reason| wrong("valid_until", reason))?,
         name: parameters.name.clone(),
-        serial: parameters.serial,
+        serial: not_negative("serial", parameters.serial)?,
         ..ExportRequest::along(routes, parameters.corridor_m)
     })
+}
+
+fn not_negative(name: &'static str, value: Option<i64>) -> Result<Option<u64>, ServerError> {
+    let negative = |_| ServerError::Parameter { name, reason: "expected a whole number of at least 0".into() };
+    value.map(|value| u64::try_from(value).map_err(negative)).transpose()
 }

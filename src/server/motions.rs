@@ -26,6 +26,7 @@ pub(super) struct MotionForm {
     #[schema(value_type = String, format = Binary)]
     image_b: Vec<u8>,
     /// What is known of the frames, as JSON; optional.
+    #[schema(nullable = false)]
     request: Option<MotionParameters>,
 }
 

@@ -93,15 +93,15 @@ impl Query {
         }
     }
 
-    /// The whole number of a parameter; `None` if it is not given.
+    /// The whole number of a parameter, at most that of a signed integer of 64 bits; `None` if it is not given.
     ///
     /// # Errors
     /// [`QueryError`]: empty, not a whole number.
     pub(super) fn whole(&self, name: &'static str) -> Result<Option<u64>, QueryError> {
         let Some(text) = self.text(name)? else { return Ok(None) };
-        match text.parse() {
-            Ok(value) => Ok(Some(value)),
-            Err(_) => Err(QueryError::NotWhole { name, found: text.chars().take(64).collect() }),
+        match text.parse::<i64>().ok().and_then(|value| u64::try_from(value).ok()) {
+            Some(value) => Ok(Some(value)),
+            None => Err(QueryError::NotWhole { name, found: text.chars().take(64).collect() }),
         }
     }
 }

@@ -61,9 +61,23 @@ fn needs_openapi_python_client_its_client_locates_a_frame_of_the_demo() {
     }
 }
 
+/// What OpenAPI Generator says of any document of version 3.1, and of any schema with `additionalProperties: false` in one.
+const HARMLESS: [&str; 2] = ["OpenAPI 3.1 support is still in beta", "Failed to get the schema name: null"];
+
+fn operation_ids(document: &Path) -> Vec<String> {
+    let document: serde_json::Value = serde_json::from_slice(&std::fs::read(document).unwrap()).unwrap();
+    let items = document["paths"].as_object().unwrap().values();
+    let operations = items.flat_map(|item| item.as_object().unwrap().values());
+    operations.map(|operation| operation["operationId"].as_str().unwrap().to_owned()).collect()
+}
+
+fn python_sources(folder: &Path) -> String {
+    std::fs::read_dir(folder).unwrap().map(|file| std::fs::read_to_string(file.unwrap().path()).unwrap()).collect()
+}
+
 #[test]
 #[ignore = "needs openapi_generator"]
-fn needs_openapi_generator_clients_are_generated_without_a_warning() {
+fn needs_openapi_generator_clients_have_every_operation() {
     for is_onboard in [false, true] {
         let folder = tempfile::tempdir().unwrap();
         let document = document(&served(folder.path(), is_onboard), folder.path());
@@ -72,14 +86,18 @@ fn needs_openapi_generator_clients_are_generated_without_a_warning() {
             let mut command = Command::new("openapi-generator-cli");
             command.args(["generate", "-g", language, "-i"]).arg(&document).arg("-o").arg(&out);
             let said = printed(&mut command);
-            // The generator calls its support of OpenAPI 3.1 itself a beta, whatever the document.
             let warnings: Vec<&str> = said
                 .lines()
                 .filter(|line| line.contains("WARN") || line.contains("ERROR"))
-                .filter(|line| !line.contains("OpenAPI 3.1 support is still in beta"))
+                .filter(|line| !HARMLESS.iter().any(|harmless| line.contains(harmless)))
                 .collect();
             assert!(warnings.is_empty(), "{language}: {warnings:#?}");
-            assert!(out.join("README.md").exists(), "{language}: {said}");
+            if language == "python" {
+                let sources = python_sources(&out.join("openapi_client/api"));
+                for id in operation_ids(&document) {
+                    assert!(sources.contains(&format!("def {id}(")), "{id} was dropped: {said}");
+                }
+            }
         }
     }
 }

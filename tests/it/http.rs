@@ -51,8 +51,15 @@ impl Reply {
 }
 
 impl Stand {
-    fn new() -> Self {
+    /// A service on the ground.
+    pub fn new() -> Self {
         Self::with(Service::Preflight, Limits::default())
+    }
+
+    /// A service on the ground over the store at `path`.
+    pub fn over(path: &std::path::Path) -> Self {
+        let state = ServiceState::new(Reader::open(path).unwrap(), Service::Preflight, Limits::default());
+        Self { folder: tempfile::tempdir().unwrap(), app: router(state) }
     }
 
     /// A service of a kind, within limits.
@@ -115,7 +122,7 @@ fn centre() -> (f64, f64) {
 }
 
 /// A complete question, with parameters replaced (`Some`) or left out (`None`).
-fn question(changes: &[(&str, Option<&str>)]) -> String {
+pub fn question(changes: &[(&str, Option<&str>)]) -> String {
     let (latitude, longitude) = centre();
     let mut parameters: Vec<(String, String)> = [
         ("latitude_deg", latitude.to_string().as_str()),

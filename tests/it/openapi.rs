@@ -222,3 +222,46 @@ fn the_codes_of_problems_are_those_in_the_sources() {
         assert_eq!(listed, codes);
     }
 }
+
+/// Checks a JSON answer against the schema that the document states for its route and status.
+fn check_answer(document: &Value, operation: &str, status: &str, answer: &Value) {
+    let (method, path) = operation.split_once(' ').unwrap();
+    let content = document["paths"][path][method]["responses"][status]["content"].as_object().unwrap();
+    let schema = &content.iter().find(|(media_type, _)| media_type.ends_with("json")).unwrap().1["schema"];
+    let why = misfit(document, schema, answer);
+    assert!(why.is_none(), "{operation}: {why:?}: {answer}");
+}
+
+#[test]
+fn answers_have_the_schemas_that_are_stated() {
+    let stand = Stand::new();
+    let document = stand.get("/openapi.json").json();
+    let check = |operation: &str, status: &str, answer: &Value| check_answer(&document, operation, status, answer);
+    for path in ["/v1/store", "/v1/layers", "/v1/coverage", "/v1/exports"] {
+        check(&format!("get {path}"), "200", &stand.get(path).json());
+    }
+    check("get /v1/tiles/{layer}/tilejson.json", "200", &stand.get("/v1/tiles/ortho/tilejson.json").json());
+    check("get /v1/candidates", "200", &stand.get(&super::http::question(&[])).json());
+    check("get /v1/candidates", "4XX", &stand.get("/v1/candidates?mode=x").json());
+    let (frame, other) = (super::http::png(128, 96), super::http::png(96, 128));
+    for (b, gsd, status) in [(&frame, true, "no_motion"), (&other, false, "no_motion")] {
+        let request: &[u8] = if gsd { br#"{"gsd_m_per_px": 1.0}"# } else { b"{}" };
+        let answer = stand.post("/v1/motions", &[("image_a", &frame), ("image_b", b), ("request", request)]).json();
+        assert_eq!(answer["status"], status);
+        check("post /v1/motions", "200", &answer);
+    }
+    let project = overfly_testkit::drawn::project;
+    let taken = |number: u32| std::fs::read(project(&format!("tiles/flight/frames/{number:03}.jpg"))).unwrap();
+    let parts = [("image_a", &taken(19)[..]), ("image_b", &taken(20)), ("request", br#"{"gsd_m_per_px": 1.0}"#)];
+    let motion = stand.post("/v1/motions", &parts).json();
+    assert_eq!(motion["status"], "motion");
+    check("post /v1/motions", "200", &motion);
+    let no_fix = stand.post("/v1/fixes", &[("image", &frame), ("request", br#"{"gsd_m_per_px": 3.0}"#)]).json();
+    check("post /v1/fixes", "200", &no_fix);
+    let ground = Stand::over(overfly_testkit::drawn::drawn_store().path());
+    let request = br#"{"latitude_deg": 48.4915, "longitude_deg": 15.616, "sigma_m": 200, "heading_deg": 271.6, "gsd_m_per_px": 1.25}"#;
+    let fix = ground.post("/v1/fixes", &[("image", &taken(19)), ("request", request)]).json();
+    assert_eq!(fix["status"], "fix");
+    check("post /v1/fixes", "200", &fix);
+    check("get /v1/coverage", "200", &ground.get("/v1/coverage").json());
+}

@@ -53,7 +53,7 @@ fn request(height_m: f64, pitch_deg: f64, sigma_m: [f64; 2], heading_deg: Option
 /// The tiles that a fix searches, found with a map of one tile at a time.
 fn searched(request: &FixRequest) -> BTreeSet<TileId> {
     let folder = tempfile::tempdir().unwrap();
-    let frame = Gray::from_values(160, 120, (0..160 * 120).map(|i| (i * 31 % 251) as u8).collect()).unwrap();
+    let frame = Gray::from_values(160, 120, (0..160 * 120).map(|i| (i * 31 % 251) as f32 / 251.0).collect()).unwrap();
     let is_searched = |tile: &TileId| {
         let path = folder.path().join(format!("{}-{}.gpkg", tile.column(), tile.row()));
         store_of(&path, "ortho", &[*tile], 3);
@@ -116,7 +116,10 @@ fn the_service_answers_them_as_a_fix_counts_them() {
         let count = found["tiles"].as_array().unwrap().len();
         let frame = super::http::png(160, 120);
         let fix = stand.post("/v1/fixes", &[("image", &frame), ("request", complete.to_string().as_bytes())]).json();
-        assert_eq!((fix["tiles_searched"].as_u64(), fix["nominal_count"].as_f64()), (Some(count as u64), found["nominal_count"].as_f64()));
+        assert_eq!(
+            (fix["tiles_searched"].as_u64(), fix["nominal_count"].as_f64()),
+            (Some(count as u64), found["nominal_count"].as_f64())
+        );
         assert!(count > 1 && found["region"]["type"] == "Polygon", "{found}");
         // The whole layer has 16 tiles.
         let anywhere = ask(without(&["latitude_deg", "longitude_deg", "sigma_m", "heading_deg"]));
@@ -130,7 +133,11 @@ fn the_service_answers_them_as_a_fix_counts_them() {
             (r#"{"gsd_m_per_px": 2.0}"#.to_owned(), "parameter_out_of_range", "camera"),
         ] {
             let problem = ask(body.clone());
-            assert_eq!((problem["code"].as_str(), problem["parameter"].as_str()), (Some(code), Some(parameter)), "{body}");
+            assert_eq!(
+                (problem["code"].as_str(), problem["parameter"].as_str()),
+                (Some(code), Some(parameter)),
+                "{body}"
+            );
         }
     }
 }

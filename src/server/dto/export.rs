@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExportParameters {
     /// GeoJSON with LineStrings, longitude first: the planned route, then its alternates.
-    #[schema(value_type = Object)]
+    #[schema(value_type = HashMap<String, Value>)]
     pub route: Box<RawValue>,
     /// W: the corridor on each side of the route, metres.
     #[schema(example = 1500.0)]
@@ -20,7 +20,8 @@ pub(crate) struct ExportParameters {
     #[serde(default)]
     pub layers: Vec<String>,
     /// Largest size of the file, bytes.
-    pub max_bytes: Option<u64>,
+    #[schema(minimum = 0)]
+    pub max_bytes: Option<i64>,
     /// Encode the imagery again with this JPEG quality, 1 to 100.
     #[schema(minimum = 1, maximum = 100)]
     pub jpeg_quality: Option<u8>,
@@ -29,7 +30,8 @@ pub(crate) struct ExportParameters {
     /// The mission's name, which the manifest states.
     pub name: Option<String>,
     /// The serial number; an export that is to be signed needs one.
-    pub serial: Option<u64>,
+    #[schema(minimum = 0)]
+    pub serial: Option<i64>,
     /// Answer what would be exported, and export nothing.
     #[serde(default)]
     pub dry_run: bool,

@@ -38,6 +38,7 @@ pub(crate) struct FixParametersJson {
     /// Height above ground, metres; needs `camera`.
     pub height_m: Option<f64>,
     /// The camera.
+    #[schema(nullable = false)]
     pub camera: Option<IntrinsicsJson>,
     /// Pitch off nadir, degrees in [-45, 45], positive ahead; needs `camera`. Not stated is unknown, not 0.
     pub pitch_deg: Option<f64>,

@@ -11,10 +11,10 @@ use utoipa::ToSchema;
 pub(crate) struct IntrinsicsJson {
     /// Columns of the sensor.
     #[schema(minimum = 1)]
-    width_px: u32,
+    width_px: i32,
     /// Rows of the sensor.
     #[schema(minimum = 1)]
-    height_px: u32,
+    height_px: i32,
     /// Focal length, pixels.
     #[schema(exclusive_minimum = 0.0)]
     focal_length_px: f64,
@@ -29,9 +29,11 @@ pub(crate) struct IntrinsicsJson {
 
 impl From<&IntrinsicsJson> for Intrinsics {
     fn from(camera: &IntrinsicsJson) -> Self {
+        // The library refuses 0.
+        let pixels = |given: i32| u32::try_from(given).unwrap_or(0);
         Self {
-            width_px: camera.width_px,
-            height_px: camera.height_px,
+            width_px: pixels(camera.width_px),
+            height_px: pixels(camera.height_px),
             focal_length_px: camera.focal_length_px,
             principal_point_px: camera.principal_point_px,
             distortion: camera.distortion,

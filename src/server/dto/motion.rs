@@ -19,6 +19,7 @@ pub(crate) struct MotionParameters {
     /// Height above ground of image a, metres; needs `camera`.
     pub height_m: Option<f64>,
     /// The camera of both images.
+    #[schema(nullable = false)]
     pub camera: Option<IntrinsicsJson>,
 }
 

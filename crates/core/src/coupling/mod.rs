@@ -35,7 +35,7 @@ pub use mission::{
     absolute_count, chance_of_no_failure, expected_failures, mission_of_one_failure_s, mission_within_risk_s,
 };
 pub use mode::Mode;
-pub use nominal::{PAPER_TURN_RAD, SECONDS_PER_TILE, nominal_count_combined, nominal_count_sequential, region_edges_m};
+pub use nominal::{PAPER_TURN_RAD, nominal_count_combined, nominal_count_sequential, region_edges_m};
 pub use parallel::Parallel;
 pub use parameters::CouplingParameters;
 pub use sequence::{ExecutionSequence, FixedPoints};

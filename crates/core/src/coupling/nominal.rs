@@ -3,10 +3,6 @@
 use super::error::positive;
 use super::{CouplingError, swept_area_paper_m2, turned_rad};
 
-/// Default of K1 of equation 4, seconds of search per map tile: one core of a 2 GHz server reads, decodes and correlates a
-/// 512 px tile in about this time. A [`Calibration`](super::Calibration) holds the measured value of a machine.
-pub const SECONDS_PER_TILE: f64 = 0.02;
-
 /// Edges of the sequential region, metres: (across the heading, along it) = (a + I + 2 D_T, b + I + 2 D_T).
 /// `across_m` a and `along_m` b are the image's ground extent, `inaccuracy_m` I is the full width of the last fix's
 /// error, `drift_m` D_T the one-sided drift since that fix.

@@ -6,9 +6,9 @@ use super::request::{FixRequest, HeadingPrior, PositionPrior, check_view};
 use overfly_core::camera::{Attitude, Intrinsics, View};
 
 /// Standard deviation of a stated heading where none is given, degrees.
-const DEFAULT_HEADING_SIGMA_DEG: f64 = 3.0;
+pub const DEFAULT_HEADING_SIGMA_DEG: f64 = 3.0;
 /// Standard deviation of height or ground sample distance where none is given, as a ratio.
-const DEFAULT_HEIGHT_SIGMA_RATIO: f64 = 0.03;
+pub const DEFAULT_HEIGHT_SIGMA_RATIO: f64 = 0.03;
 
 /// Every parameter of a fix, as given. Degrees and metres, by the names' suffixes.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -5,7 +5,7 @@ use super::malformed::malformed_requests;
 use overfly_core::geodesy::{Geodetic, geodesic_between};
 use overfly_core::region::Region;
 use overfly_core::tile::TileId;
-use overfly_flight::locate::candidates::{CandidateParameters, rank};
+use overfly_flight::locate::candidates::{CandidateParameters, SearchCost, rank};
 use overfly_store::{Footprint, Layer, Reader};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -254,7 +254,8 @@ fn candidates(layer: &Layer, base: &[Footprint], count: usize, dice: &mut StdRng
             let asked = parameters.query().expect("the sound store reads");
             let expected = match Region::new(asked.centre, asked.image, asked.uncertainty) {
                 Ok(region) => {
-                    let answer = rank(&layer.name, base.iter(), &region, None);
+                    let cost = SearchCost::new(layer, layer.base_zoom, asked.centre, asked.image);
+                    let answer = rank(&layer.name, base.iter(), &region, None, &cost);
                     ExpectedAnswer::Bytes(blake3::hash(&serde_json::to_vec(&answer).expect("an answer is JSON")))
                 }
                 Err(_) => ExpectedAnswer::Refusal,

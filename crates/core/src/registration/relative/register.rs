@@ -179,9 +179,11 @@ fn verify_consensus(consensus: &KeypointConsensus, matches: usize) -> Result<boo
     use NoMotionReason::{Contradicted, TooFewAgreeingMatches};
     let &KeypointConsensus { inliers, in_overlap, log10_false_alarms, .. } = consensus;
     if log10_false_alarms > MOST_LOG10_FALSE_ALARMS {
-        let detail = format!(
-            "{inliers} of {matches} correspondences agree; 10^{log10_false_alarms:.1} such agreements are expected by chance"
-        );
+        let by_chance = match log10_false_alarms.is_finite() {
+            true => format!("10^{log10_false_alarms:.1} such agreements are expected by chance"),
+            false => "so few show no motion".to_owned(),
+        };
+        let detail = format!("{inliers} of {matches} correspondences agree; {by_chance}");
         return rejected(TooFewAgreeingMatches, detail);
     }
     let share = inliers as f64 / in_overlap as f64;

@@ -12,6 +12,7 @@ mod query;
 mod ranking;
 mod residents;
 mod search;
+mod search_cost;
 mod searched;
 #[cfg(test)]
 mod tests;
@@ -25,4 +26,5 @@ pub use query::{CandidateQuery, MAX_TILES};
 pub use ranking::rank;
 pub use residents::Residents;
 pub use search::{candidates, default_layer};
+pub use search_cost::SearchCost;
 pub use searched::searched_candidates;

@@ -2,7 +2,7 @@
 
 use super::candidate_tiles::{Candidate, Candidates};
 use super::geometry::Geometry;
-use overfly_core::coupling::SECONDS_PER_TILE;
+use super::search_cost::SearchCost;
 use overfly_core::region::Region;
 use overfly_store::Footprint;
 
@@ -12,6 +12,7 @@ pub fn rank<'a>(
     footprints: impl Iterator<Item = &'a Footprint>,
     region: &Region,
     max_tiles: Option<usize>,
+    cost: &SearchCost,
 ) -> Candidates {
     let mut met: Vec<(f64, f64, &Footprint)> = footprints
         .filter_map(|f| {
@@ -28,7 +29,7 @@ pub fn rank<'a>(
         region: Geometry::from_rings(region.rings_deg()),
         // Not `sum`: the sum of nothing is -0, which JSON would show.
         containment: tiles.iter().fold(0.0, |sum: f64, t| sum + t.probability).min(1.0),
-        estimated_s: SECONDS_PER_TILE * tiles.len() as f64,
+        estimated_s: cost.estimated_s(tiles.len()),
         tiles,
     }
 }

@@ -18,6 +18,7 @@ use super::index::ResidentIndex;
 use super::query::{CandidateQuery, MAX_TILES};
 use super::ranking::rank;
 use super::search::{bounded, candidates, prepare};
+use super::search_cost::SearchCost;
 use overfly_store::{Layer, Reader};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -59,7 +60,8 @@ impl Residents {
         let _alone = (tiles > LARGE).then(|| self.large.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
         let Some(index) = self.index(store, layer, zoom)? else { return candidates(store, query) };
         let met = index.footprints_in(&region.mercator_bounds());
-        Ok(rank(&layer.name, met.into_iter(), &region, query.max_tiles))
+        let cost = SearchCost::new(layer, zoom, query.centre, query.image);
+        Ok(rank(&layer.name, met.into_iter(), &region, query.max_tiles, &cost))
     }
 
     /// The index of a level, made if need be; `None` where it does not fit.

@@ -4,6 +4,7 @@ use super::candidate_tiles::Candidates;
 use super::error::CandidatesError;
 use super::query::{CandidateQuery, MAX_TILES};
 use super::ranking::rank;
+use super::search_cost::SearchCost;
 use overfly_core::region::Region;
 use overfly_core::tile::{MAX_ZOOM, MercatorBounds, TileId, zoom_for_gsd};
 use overfly_store::{Layer, Reader};
@@ -15,7 +16,8 @@ use overfly_store::{Layer, Reader};
 pub fn candidates(store: &Reader, query: &CandidateQuery) -> Result<Candidates, CandidatesError> {
     let (layer, zoom, region) = prepare(store, query)?;
     let footprints = store.footprints_in(layer, zoom, &region.mercator_bounds())?;
-    Ok(rank(&layer.name, footprints.iter(), &region, query.max_tiles))
+    let cost = SearchCost::new(layer, zoom, query.centre, query.image);
+    Ok(rank(&layer.name, footprints.iter(), &region, query.max_tiles, &cost))
 }
 
 /// The layer, the zoom and the region of a query.

@@ -2,14 +2,15 @@
 
 use super::super::answering::SearchSize;
 use super::super::error::LocateError;
+use super::super::hypotheses::hypotheses;
 use super::super::request::{FixRequest, PositionPrior};
+use super::super::search_extent::{SearchExtent, estimated_s};
 use super::super::searched_ground::SearchedGround;
 use super::candidate_tiles::{Candidate, Candidates};
 use super::geometry::Geometry;
 use super::ranking::{candidate, imaged_probability};
 use super::search::bounded;
 use overfly_core::camera::{Camera, View};
-use overfly_core::coupling::SECONDS_PER_TILE;
 use overfly_core::geodesy::{WORLD_M, degrees_from_mercator};
 use overfly_core::region::{ImageOnGround, Region, Uncertainty};
 use overfly_core::tile::MercatorBounds;
@@ -41,11 +42,18 @@ pub fn searched_candidates(store: &Reader, request: &FixRequest, most_tiles: u64
     };
     let region = ground.as_ref().and_then(|ground| region(ground, request, &camera));
     let tiles = ranked(&layer.name, &footprints, region.as_ref());
+    let estimated_s = match &ground {
+        Some(ground) if !tiles.is_empty() => {
+            let count = hypotheses(request, ground.reach_px).iter().map(Vec::len).sum();
+            estimated_s(SearchExtent::new(&ground.area, ground.reach_px, count).comparisons())
+        }
+        _ => 0.0,
+    };
     Ok(Candidates {
         nominal_count: SearchSize::new(request, layer, &camera).nominal_count,
         region: Geometry::from_rings(ground.map(|ground| rings_deg(&ground.bounds())).unwrap_or_default()),
         containment: tiles.iter().fold(0.0, |sum: f64, t| sum + t.probability).min(1.0),
-        estimated_s: SECONDS_PER_TILE * tiles.len() as f64,
+        estimated_s,
         tiles,
     })
 }
