@@ -14,6 +14,7 @@ use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
+use overfly_flight::locate::candidates::CandidatesError;
 use overfly_flight::locate::{
     Answer, FixParameters, FixRequest, Reason, hints, locate, locate_traced, requested_layer,
 };
@@ -96,7 +97,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let parameters = args.parameters()?;
     let ReducedFrame { gray: frame, reduction } = read_large_frame(&args.image)?;
     let store = Reader::open(&args.db)?;
-    let layer = requested_layer(&store, args.layer.as_deref())?;
+    let layer = requested_layer(&store, args.layer.as_deref()).map_err(not_requested)?;
     let mut request = parameters.request(&layer)?;
     request.view = request.view.reduced(reduction);
     output.note(&view_note(&request.view));
@@ -122,6 +123,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let line = AnswerLine { answer: AnswerJson::new(answer.clone(), elapsed_ms), hints: hints.as_deref() };
     output.say(&line, || text(&answer, elapsed_ms) + &hints_text(hints.as_deref()));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
+}
+
+/// Why no layer can be searched, and, where none is named among several, that all can be.
+fn not_requested(error: CandidatesError) -> Failure {
+    let remedy = matches!(error, CandidatesError::LayerNotStated { .. })
+        .then_some("or search all of them, the newest first, with --layer any");
+    let failure = Failure::from(error);
+    if remedy.is_some() { failure.with_remedy(remedy) } else { failure }
 }
 
 /// The answer as a JSON line.

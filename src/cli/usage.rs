@@ -59,7 +59,9 @@ pub fn usage_failure(mut usage: clap::Error) -> Failure {
     let (first, rest) = message.split_once('\n').map_or((message, ""), |(first, rest)| (first, rest));
     let expected = expected(&usage).map_or(String::new(), |expected| format!("; expected {expected}"));
     let rest = if rest.is_empty() { String::new() } else { format!("\n{rest}") };
-    Failure::unusable("usage", anyhow::anyhow!("{first}{expected}{rest}"))
+    let is_renaming = invalid_argument(&usage) == Some("--rename-layer");
+    let renaming = if is_renaming { "; `overfly layer rename` gives a layer another name" } else { "" };
+    Failure::unusable("usage", anyhow::anyhow!("{first}{expected}{renaming}{rest}"))
 }
 
 fn withhold_destructive_commands(usage: &mut clap::Error) {
@@ -72,9 +74,16 @@ fn withhold_destructive_commands(usage: &mut clap::Error) {
     }
 }
 
+fn invalid_argument(usage: &clap::Error) -> Option<&str> {
+    match usage.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(argument)) => Some(argument),
+        _ => None,
+    }
+}
+
 /// What the flag expects whose value is wrong: `None` where nothing but the text of clap is known.
 fn expected(usage: &clap::Error) -> Option<&'static str> {
-    let Some(ContextValue::String(argument)) = usage.get(ContextKind::InvalidArg) else { return None };
+    let argument = invalid_argument(usage)?;
     let flag = argument.split_whitespace().next().filter(|flag| flag.starts_with("--"))?;
     if usage.kind() != ErrorKind::ValueValidation {
         return None;

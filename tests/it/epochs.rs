@@ -1,5 +1,6 @@
 //! `--layer any`: the newest layer that shows the place answers, and the evidence counts every layer that may be searched.
 
+use super::http::Stand;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::{Answer, Fix, FixRequest, HeadingPrior, PositionPrior, locate};
@@ -160,6 +161,39 @@ fn the_command_line_names_layer_date_store_and_the_maps_error() {
     assert_eq!((&answer["map_error_known"], &answer["map_error_m"]), (&false.into(), &3.0.into()));
     let (exit, text) = said("both.gpkg", "c", &[]);
     assert!(exit == Some(2) && text.contains("no layer \"c\"; the layers are a, b"), "{text}");
+}
+
+#[test]
+fn over_http_the_answers_name_layer_date_store_and_the_maps_error_too() {
+    let store = Reader::open(&maps().join("old_only.gpkg")).unwrap();
+    let digest = store.digest().to_owned();
+    let stand = Stand::over(store);
+    let (path, _, request) = frame();
+    let PositionPrior::Square { centre, .. } = request.position else { panic!("a square") };
+    let image = std::fs::read(path).unwrap();
+    let ask = |layer: &str, heading_deg: f64| {
+        let json = serde_json::json!({
+            "latitude_deg": centre.latitude_deg(), "longitude_deg": centre.longitude_deg(), "sigma_m": 100.0,
+            "heading_deg": heading_deg, "gsd_m_per_px": 1.3, "height_sigma_ratio": 0.05, "layer": layer,
+        });
+        stand.post("/v1/fixes", &[("image", &image), ("request", json.to_string().as_bytes())])
+    };
+    let heading_deg = request.heading.unwrap().heading_rad.to_degrees().rem_euclid(360.0);
+    let (any, alone) = (ask("any", heading_deg).json(), ask("b", heading_deg).json());
+    assert_eq!((&any["status"], &any["layer"], &any["layer_date"]), (&"fix".into(), &"b".into(), &"2018-05-01".into()));
+    assert_eq!((&any["store_digest"], &any["layers_charged"]), (&digest.clone().into(), &2.into()));
+    assert_eq!(any["layers_searched"], serde_json::json!(["a", "b"]));
+    assert_eq!((&any["map_error_m"], &any["map_error_known"]), (&3.0.into(), &false.into()));
+    let more = any["log10_false_alarms"].as_f64().unwrap() - alone["log10_false_alarms"].as_f64().unwrap();
+    assert!((more - 2f64.log10()).abs() < 1e-9, "{more}");
+    let none = ask("any", (heading_deg + 90.0) % 360.0).json();
+    assert_eq!((&none["status"], &none["store_digest"]), (&"no_fix".into(), &digest.into()));
+    assert_eq!(none["layers_searched"], serde_json::json!(["a", "b"]));
+    assert_eq!(ask("c", heading_deg).problem().1, "no_such_layer");
+    let schemas = stand.get("/openapi.json").json()["components"]["schemas"].to_string();
+    for name in ["map_error_known", "map_error_m", "layer_date", "store_digest", "layers_charged"] {
+        assert!(schemas.contains(name), "{name}");
+    }
 }
 
 #[test]

@@ -183,7 +183,7 @@ fn where_a_map_is_built() {
         ("build --db new.gpkg photos --crs WGS84", 2, &["'WGS84'", "as in 32614 or EPSG:32614"]),
         ("build --db new.gpkg photos --zoom 30", 2, &["'30'", "a zoom from 0 to 23, as in 16"]),
         ("build --db new.gpkg photos --horizontal-error-m 1,5", 2, &["written with a point: 1.5", "as in 400"]),
-        ("build --db map.gpkg --rename-layer", 2, &["unexpected argument '--rename-layer'", "--help"]),
+        ("build --db map.gpkg --rename-layer", 2, &["unexpected argument '--rename-layer'", "overfly layer rename"]),
         ("build --db map.gpkg --remove-layer --layer summer", 2, &["no layer \"summer\"; the layers are ortho"]),
         ("build --db map.gpkg --remove-source none.tif", 2, &["no source \"none.tif\"", "`overfly info --json`"]),
         ("build --db new.gpkg photos --layer any", 2, &["invalid layer name \"any\"", "stands for all layers"]),

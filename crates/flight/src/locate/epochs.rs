@@ -1,8 +1,78 @@
 //! The layers that a request searches: the one it names, or all of a store, the newest first.
 
-use super::answer::{Answer, NoFix, Reason, SearchedMap};
+use super::answer::{Answer, Fix, NoFix, Reason, SearchedMap};
 use super::candidates::{CandidatesError, default_layer};
+use super::search_context::SearchContext;
+use super::verify::{AMBIGUOUS_LOG10_FALSE_ALARMS, Verdict};
+use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_store::{ANY_LAYER, Layer, Reader, StoreError};
+
+/// Places nearer than this are one, metres: the maps of two epochs may be shifted against each other. Three standard deviations of two
+/// unknown errors of 3 m are 13 m.
+const SAME_PLACE_M: f64 = 15.0;
+
+/// The answer of one layer.
+pub struct LayerAnswer<T> {
+    /// The answer.
+    pub answer: Answer,
+    /// The best place of the layer, where one was verified.
+    pub place: Option<BestPlace>,
+    /// What the caller wants beside the answer.
+    pub more: T,
+}
+
+/// The best place of a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BestPlace {
+    layer: String,
+    nadir: Geodetic,
+    /// log10 of the false alarms expected in that layer alone.
+    log10_false_alarms: f64,
+}
+
+impl BestPlace {
+    /// Returns the best place of a verdict; `None` where there is none on the map.
+    pub fn new(verdict: &Verdict, context: &SearchContext<'_>) -> Option<Self> {
+        let best = verdict.places.first()?;
+        let pose = best.refined.pose;
+        let nadir = pose.nadir.to_geodetic(pose.zoom).ok()?;
+        let log10_false_alarms = best.log10_false_alarms - (context.layers as f64).log10();
+        Some(Self { layer: context.layer.name.clone(), nadir, log10_false_alarms })
+    }
+
+    fn distance_m(&self, other: &Self) -> f64 {
+        let offset = LocalFrame::at(self.nadir).enu_from_geodetic(other.nadir);
+        offset.east_m.hypot(offset.north_m)
+    }
+}
+
+/// Returns the answer of a layer beside the best places of newer layers. A fix is ambiguous where a newer layer has another place with
+/// as much evidence as would make it ambiguous within one layer.
+pub fn beside_newer(answer: Answer, place: Option<&BestPlace>, newer: &[BestPlace]) -> Answer {
+    let (Answer::Fix(fix), Some(place)) = (&answer, place) else { return answer };
+    let is_rival = |other: &&BestPlace| {
+        other.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS && other.distance_m(place) > SAME_PLACE_M
+    };
+    let Some(rival) = newer.iter().find(is_rival) else { return answer };
+    let detail = format!(
+        "layer {}, which is newer, shows the frame {:.0} m away: 10^{:.1} such places are expected there by chance, and 10^{:.1} in layer {}",
+        rival.layer,
+        rival.distance_m(place),
+        rival.log10_false_alarms,
+        place.log10_false_alarms,
+        place.layer
+    );
+    Answer::NoFix(NoFix {
+        reason: Reason::Ambiguous,
+        detail,
+        score: Some(fix.score),
+        log10_false_alarms: fix.log10_false_alarms,
+        tiles_searched: fix.tiles_searched,
+        nominal_count: fix.nominal_count,
+        map: fix.map.clone(),
+        time_s: fix.time_s,
+    })
+}
 
 /// Returns the name of the layer that a caller asks for: a finished layer, or [`ANY_LAYER`]; without a name, the default layer.
 ///
@@ -74,7 +144,7 @@ pub fn nearest<T>(answers: Vec<(Answer, T)>) -> (Answer, T) {
     let answer = match best.0 {
         Answer::Fix(fix) => {
             let map = whole(fix.map);
-            Answer::Fix(super::answer::Fix { tiles_searched: tiles, map, ..fix })
+            Answer::Fix(Fix { tiles_searched: tiles, map, ..fix })
         }
         Answer::NoFix(none) => {
             let map = whole(none.map);
@@ -86,7 +156,9 @@ pub fn nearest<T>(answers: Vec<(Answer, T)>) -> (Answer, T) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::answer::PositionOf;
     use super::*;
+    use overfly_core::geodesy::Heading;
 
     fn no_fix(layer: &str, reason: Reason, log10_false_alarms: Option<f64>) -> (Answer, ()) {
         let map = SearchedMap { layer: layer.into(), layers_charged: 3, ..SearchedMap::default() };
@@ -106,6 +178,50 @@ mod tests {
         assert_eq!(found.map.layers_searched, ["new", "middle", "old"]);
         let older = no_fix("old", Reason::OutsideMap, None);
         assert_eq!(nearest(vec![weak, older]).0.map().layer, "new");
+    }
+
+    fn fix() -> Answer {
+        let position = Geodetic::from_degrees(48.0, 15.0).unwrap();
+        let covariance = [[1.0, 0.0], [0.0, 1.0]];
+        Answer::Fix(Fix {
+            position,
+            position_of: PositionOf::Nadir,
+            heading: Heading::from_degrees(12.0),
+            heading_sigma_rad: 0.01,
+            gsd_m_per_px: 1.0,
+            scale_sigma_ratio: 0.001,
+            covariance: covariance.into(),
+            score: 20.0,
+            false_fix_probability: 1.5e-4,
+            log10_false_alarms: Some(-19.7),
+            image_centre: position,
+            image_centre_covariance: covariance.into(),
+            attitude_sigma_rad: None,
+            inliers: 30,
+            tiles_searched: 6,
+            nominal_count: 4.0,
+            map_error_m: 3.0,
+            map_error_known: false,
+            map_epoch: None,
+            map: SearchedMap::default(),
+            time_s: None,
+        })
+    }
+
+    #[test]
+    fn a_fix_beside_another_place_of_a_newer_layer_is_ambiguous() {
+        let place = |longitude_deg: f64, log10_false_alarms: f64| BestPlace {
+            layer: "new".into(),
+            nadir: Geodetic::from_degrees(48.0, longitude_deg).unwrap(),
+            log10_false_alarms,
+        };
+        // 0.001 degrees are 75 m there.
+        let beside = |newer: &[BestPlace]| beside_newer(fix(), Some(&place(15.0, -20.0)), newer);
+        let Answer::NoFix(none) = beside(&[place(15.001, -4.0)]) else { panic!("a fix") };
+        assert!(none.reason == Reason::Ambiguous && none.detail.contains("75 m away"), "{none:?}");
+        for newer in [vec![], vec![place(15.001, -2.0)], vec![place(15.0001, -9.0)]] {
+            assert_eq!(beside(&newer), fix(), "{newer:?}");
+        }
     }
 
     #[test]

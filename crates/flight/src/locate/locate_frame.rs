@@ -4,7 +4,7 @@ use super::answer::Answer;
 use super::answering::{SearchSize, answer, no_fix};
 use super::cancellation::CancellationToken;
 use super::coarse_peaks::CoarsePeaks;
-use super::epochs::{nearest, searched_layers};
+use super::epochs::{BestPlace, LayerAnswer, beside_newer, nearest, searched_layers};
 use super::error::LocateError;
 use super::map::Map;
 use super::prepare::PreparedFrame;
@@ -63,7 +63,11 @@ pub fn locate_cancellable(
     cancellation: &CancellationToken,
 ) -> Result<Answer, LocateError> {
     request.check()?;
-    let search = |context: &SearchContext<'_>| Ok((register(context, frame)?.answer, ()));
+    let search = |context: &SearchContext<'_>| {
+        let registration = register(context, frame)?;
+        let place = registration.best_place(context);
+        Ok(LayerAnswer { answer: registration.answer, place, more: () })
+    };
     Ok(over_layers(store, request, threads, cancellation, &search)?.0)
 }
 
@@ -87,7 +91,8 @@ pub fn locate_traced(
             }
             None => Trace::default(),
         };
-        Ok((registration.answer, trace))
+        let place = registration.best_place(context);
+        Ok(LayerAnswer { answer: registration.answer, place, more: trace })
     };
     over_layers(store, request, threads, &CancellationToken::new(), &search)
 }
@@ -98,14 +103,17 @@ fn over_layers<T>(
     request: &FixRequest,
     threads: usize,
     cancellation: &CancellationToken,
-    search: &dyn Fn(&SearchContext<'_>) -> Result<(Answer, T), LocateError>,
+    search: &dyn Fn(&SearchContext<'_>) -> Result<LayerAnswer<T>, LocateError>,
 ) -> Result<(Answer, T), LocateError> {
     let searched = searched_layers(store, &request.layer)?;
     let layers = searched.len();
-    let mut answers = Vec::with_capacity(layers);
+    let (mut answers, mut newer) = (Vec::new(), Vec::new());
     for layer in searched {
         cancellation.check()?;
-        let (answer, more) = search(&SearchContext { store, layer, layers, request, threads, cancellation })?;
+        let context = SearchContext { store, layer, layers, request, threads, cancellation };
+        let LayerAnswer { answer, place, more } = search(&context)?;
+        let answer = beside_newer(answer, place.as_ref(), &newer);
+        newer.extend(place);
         let stands = answer.stands();
         answers.push((answer, more));
         if stands {
@@ -140,6 +148,12 @@ struct Registration<'a> {
     answer: Answer,
     /// `None` where the registration ended before its search.
     search: Option<(PreparedFrame<'a>, Search)>,
+}
+
+impl Registration<'_> {
+    fn best_place(&self, context: &SearchContext<'_>) -> Option<BestPlace> {
+        BestPlace::new(self.search.as_ref()?.1.verdict.as_ref()?, context)
+    }
 }
 
 /// The values of a search.

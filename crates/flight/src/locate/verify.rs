@@ -25,7 +25,7 @@ const MAX_LOG10_FALSE_ALARMS: f64 = -6.0;
 /// A fix this sure among the likely headings and scales ends the search.
 const SURE_LOG10_FALSE_ALARMS: f64 = -15.0;
 /// A second place with this much evidence in its own layer makes the first ambiguous.
-const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
+pub const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
 /// Number of refined places whose whole view is compared.
 const VERIFIED_PLACES: usize = 2;
 /// A fix needs at least this many agreeing windows.

@@ -70,7 +70,12 @@ impl<'a> Outcome<'a> {
             Some(version) if self.digest_after.is_none() => {
                 format!("another one, also because the store has format {version} and is migrated")
             }
-            _ => or_none(&self.digest_after, "none, because no finished layer is left"),
+            None if self.digest_after.is_none() => {
+                return format!(
+                    "digest {before} -> none: no finished layer is left, and the store answers nothing until one is built"
+                );
+            }
+            _ => or_none(&self.digest_after, "none"),
         };
         let changes = if self.dry_run { "would change" } else { "has changed" };
         format!(
