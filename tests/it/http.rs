@@ -56,12 +56,6 @@ impl Stand {
         Self::with(Service::Preflight, Limits::default())
     }
 
-    /// A service on the ground over the store at `path`.
-    pub fn over(path: &std::path::Path) -> Self {
-        let state = ServiceState::new(Reader::open(path).unwrap(), Service::Preflight, Limits::default());
-        Self { folder: tempfile::tempdir().unwrap(), app: router(state) }
-    }
-
     /// A service of a kind, within limits.
     pub fn with(service: Service, limits: Limits) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -75,7 +69,7 @@ impl Stand {
         Self { folder, app: router(ServiceState::new(store, service, limits)) }
     }
 
-    /// A router over any store.
+    /// A service on the ground over any store.
     pub fn over(store: Reader) -> Self {
         let folder = tempfile::tempdir().unwrap();
         Self { folder, app: router(ServiceState::new(store, Service::Preflight, Limits::default())) }

@@ -3,6 +3,7 @@
 use super::http::Stand;
 use super::sources::root;
 use overfly::server::{Limits, Service};
+use overfly_store::Reader;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -258,7 +259,7 @@ fn answers_have_the_schemas_that_are_stated() {
     check("post /v1/motions", "200", &motion);
     let no_fix = stand.post("/v1/fixes", &[("image", &frame), ("request", br#"{"gsd_m_per_px": 3.0}"#)]).json();
     check("post /v1/fixes", "200", &no_fix);
-    let ground = Stand::over(overfly_testkit::drawn::drawn_store().path());
+    let ground = Stand::over(Reader::open(overfly_testkit::drawn::drawn_store().path()).unwrap());
     let request = br#"{"latitude_deg": 48.4915, "longitude_deg": 15.616, "sigma_m": 200, "heading_deg": 271.6, "gsd_m_per_px": 1.25}"#;
     let fix = ground.post("/v1/fixes", &[("image", &taken(19)), ("request", request)]).json();
     assert_eq!(fix["status"], "fix");
