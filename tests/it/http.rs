@@ -419,7 +419,7 @@ fn unknown_paths_and_methods_get_a_problem_document() {
     assert_eq!(stand.get("/v2/candidates").problem().1, "no_such_route");
     assert_eq!(stand.get("/page/../Cargo.toml").problem().0, 404);
     for (method, path) in [
-        (Method::POST, "/v1/candidates"),
+        (Method::PUT, "/v1/candidates"),
         (Method::GET, "/v1/fixes"),
         (Method::DELETE, "/v1/store"),
         (Method::PUT, "/v1/tiles/ortho/1/0/0"),
