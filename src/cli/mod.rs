@@ -6,7 +6,6 @@ mod attitude_note;
 mod camera_file;
 mod exit;
 mod failure;
-mod fix_hints;
 mod folder;
 mod layer;
 mod number;

@@ -40,6 +40,7 @@ mod exports;
 mod fixes;
 mod form;
 mod form_error;
+mod giving_way;
 mod guard;
 mod health;
 #[cfg(feature = "preflight")]
