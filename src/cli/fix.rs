@@ -3,7 +3,6 @@
 use crate::cli::attitude_note::view_note;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::fix_hints::HintLine;
 use crate::cli::fix_text::text;
 use crate::cli::number::{any, metres, positive};
 use crate::cli::output::Output;
@@ -16,10 +15,9 @@ use overfly_core::pixels::Gray;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
 use overfly_flight::locate::candidates::CandidatesError;
 use overfly_flight::locate::{
-    Answer, FixParameters, FixRequest, Reason, hints, locate, locate_traced, requested_layer,
+    Answer, CancellationToken, FixParameters, FixRequest, Hints, Reason, hints, locate, locate_traced, requested_layer,
 };
 use overfly_store::Reader;
-use serde::Serialize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -120,8 +118,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.note(&outside_note(store.layer(&none.map.layer)?, latitude_deg, longitude_deg));
     }
     let hints = args.hints(&store, &frame, &request, &answer)?;
-    let line = AnswerLine { answer: AnswerJson::new(answer.clone(), elapsed_ms), hints: hints.as_deref() };
-    output.say(&line, || text(&answer, elapsed_ms) + &hints_text(hints.as_deref()));
+    let line = AnswerJson::new(answer.clone(), elapsed_ms).with_hints(hints.clone(), flag);
+    output.say(&line, || text(&answer, elapsed_ms) + &hints_text(hints.as_ref()));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }
 
@@ -133,21 +131,19 @@ fn not_requested(error: CandidatesError) -> Failure {
     if remedy.is_some() { failure.with_remedy(remedy) } else { failure }
 }
 
-/// The answer as a JSON line.
-#[derive(Serialize)]
-struct AnswerLine<'a> {
-    #[serde(flatten)]
-    answer: AnswerJson,
-    /// With --explain, if there is no fix.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    hints: Option<&'a [HintLine]>,
+/// A parameter as the flag that states it.
+fn flag(parameter: &str) -> String {
+    format!("--{}", parameter.replace('_', "-"))
 }
 
-fn hints_text(hints: Option<&[HintLine]>) -> String {
+fn hints_text(hints: Option<&Hints>) -> String {
     match hints {
         None => String::new(),
-        Some([]) => "\nhint       none: no other heading, scale or layer matches, as far as the time allowed".into(),
-        Some(hints) => hints.iter().map(|hint| format!("\nhint       {}", hint.message)).collect(),
+        Some(Hints { found, is_complete }) if found.is_empty() => {
+            let limited = if *is_complete { "" } else { ", as far as the time allowed" };
+            format!("\nhint       none: no other heading, scale or layer matches{limited}")
+        }
+        Some(hints) => hints.found.iter().map(|hint| format!("\nhint       {}", hint.message(flag))).collect(),
     }
 }
 
@@ -159,13 +155,12 @@ impl Args {
         frame: &Gray,
         request: &FixRequest,
         answer: &Answer,
-    ) -> Result<Option<Vec<HintLine>>, Failure> {
+    ) -> Result<Option<Hints>, Failure> {
         if !self.explain || matches!(answer, Answer::Fix(_)) {
             return Ok(None);
         }
         let limit = Duration::try_from_secs_f64(self.explain_limit_s).unwrap_or(Duration::MAX);
-        let found = hints(store, frame, request, self.threads.get(), limit)?;
-        Ok(Some(found.into_iter().map(HintLine::from).collect()))
+        Ok(Some(hints(store, frame, request, self.threads.get(), limit, &CancellationToken::new())?))
     }
 
     /// The flags as the library takes them; the library checks the values.

@@ -7,7 +7,6 @@ mod camera_file;
 mod chosen_layer;
 mod exit;
 mod failure;
-mod fix_hints;
 mod fix_text;
 mod folder;
 mod number;

@@ -41,6 +41,7 @@ pub fn spell_for_crew(remedy: StoreRemedy) -> &'static str {
         R::MakePatchFromThisStore => "ask the planner for a patch from this store, or copy the new store as a whole",
         R::UseNewerImageryOrPolicy => "ask the planner for newer imagery, or change `--stale-after-days`",
         R::UpdateProgram
+        | R::EndWalMode
         | R::GrantAccess
         | R::CreateFolder
         | R::CheckDisk
@@ -67,6 +68,9 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
             "run the same `overfly build` again where the store can be written, then copy the store"
         }
         R::ResumeBuildOrGrantAccess => "run the same `overfly build` again, or make file and folder writable",
+        R::EndWalMode => {
+            "close the program that has it open; if none has, `sqlite3 FILE .tables` brings the changes in"
+        }
         R::Rebuild => "build the store again with this program",
         R::Migrate => "any `overfly build --db FILE` migrates it",
         R::UpdateProgram => "use a newer overfly",
@@ -117,6 +121,7 @@ mod tests {
             R::ResumeBuild,
             R::ResumeBuildAndCopy,
             R::ResumeBuildOrGrantAccess,
+            R::EndWalMode,
             R::Rebuild,
             R::Migrate,
             R::UpdateProgram,

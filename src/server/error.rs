@@ -201,6 +201,7 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::Occupied { .. }
         | StoreError::HotJournal { .. }
         | StoreError::SideFile { .. }
+        | StoreError::LeftInWal { .. }
         | StoreError::Changed { .. } => StatusCode::SERVICE_UNAVAILABLE,
         StoreError::Missing { .. }
         | StoreError::NotAStore { .. }

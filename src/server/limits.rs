@@ -21,6 +21,8 @@ pub struct Limits {
     pub body_window_bytes: usize,
     /// Longest wait for an answer.
     pub answer_time: Duration,
+    /// Longest search for hints that a request may ask for.
+    pub hints_time: Duration,
     /// Longest edge of an uploaded image, pixels.
     pub image_edge_px: u32,
     /// Most pixels of an uploaded image.
@@ -100,6 +102,7 @@ impl Default for Limits {
             body_window: Duration::from_secs(5),
             body_window_bytes: 40 << 10,
             answer_time: Duration::from_secs(60),
+            hints_time: Duration::from_secs(10),
             image_edge_px: 20_000,
             image_px: 64_000_000,
             uploads: 8,

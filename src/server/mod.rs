@@ -43,6 +43,7 @@ mod fix_request;
 mod fixes;
 mod form;
 mod form_error;
+mod giving_way;
 mod guard;
 mod health;
 mod json_body;

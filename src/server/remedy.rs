@@ -14,6 +14,7 @@ pub(super) fn spell(remedy: StoreRemedy) -> Option<&'static str> {
         R::RestoreOrRebuild | R::RestoreOrExportAgain | R::VerifyAndRestore => {
             Some("the store must be restored from a copy; GET /healthz lists the damage")
         }
+        R::EndWalMode => Some("the program that has the store open must be closed"),
         R::GrantAccess => Some("the store's file must be made readable"),
         R::CheckDisk | R::CheckDiskAndOpenFiles => Some("the disk of the service must be checked"),
         R::FreeSpace => Some("the disk of the service needs free space"),

@@ -5,14 +5,18 @@ use super::limits::Limits;
 use super::store_refusal::StoreRefusal;
 use super::work::{Work, WorkClass};
 use overfly_flight::locate::candidates::Residents;
-use overfly_store::{Reader, StoreError};
+use overfly_store::{FileStamp, Reader, StoreError};
 use parking_lot::Mutex;
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The shortest time between two attempts to open a store that was refused.
 const RETRY: Duration = Duration::from_secs(2);
+
+/// A file that was not written for so long is complete: a copy that is under way writes more often.
+const SETTLED: Duration = Duration::from_millis(500);
 
 /// A store that is open, with its indexes. A request uses one from beginning to end.
 #[derive(Debug, Clone)]
@@ -90,7 +94,7 @@ impl StoreSlot {
         if let Some((_, refusal)) = recent {
             return Err(ServerError::Replaced(refusal));
         }
-        match work.run(WorkClass::Query, move || reopen()).await? {
+        match open_settled(reopen, now.reader.path().to_owned(), work).await? {
             Ok((reader, warnings)) => {
                 let new = OpenStore {
                     warnings: warnings.into(),
@@ -113,6 +117,31 @@ impl StoreSlot {
             }
         }
     }
+}
+
+type Opened = Result<(Reader, Vec<String>), StoreRefusal>;
+
+/// Opens a store whose file is not being written: half a copy could pass for a whole store.
+async fn open_settled(reopen: Arc<Reopen>, path: PathBuf, work: &Work) -> Result<Opened, ServerError> {
+    let seen = stamp(path.clone(), work).await?;
+    if seen.is_some_and(|seen| !seen.is_older_than(SETTLED)) {
+        tokio::time::sleep(SETTLED).await;
+        if stamp(path.clone(), work).await? != seen {
+            return Ok(Err(being_written()));
+        }
+    }
+    let opened = work.run(WorkClass::Query, move || reopen()).await?;
+    let is_same = opened.is_err() || stamp(path, work).await? == seen;
+    Ok(if is_same { opened } else { Err(being_written()) })
+}
+
+/// The stamp of a file; `None` where there is none.
+async fn stamp(path: PathBuf, work: &Work) -> Result<Option<FileStamp>, ServerError> {
+    work.run(WorkClass::Short, move || FileStamp::read(&path).ok()).await
+}
+
+fn being_written() -> StoreRefusal {
+    StoreRefusal { code: "being_written", reason: "the file is still being written".to_owned() }
 }
 
 impl fmt::Debug for StoreSlot {

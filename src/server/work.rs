@@ -1,6 +1,7 @@
 //! `Work`: runs blocking jobs off the event loop, with limits on their number and on their time.
 
 use super::error::ServerError;
+use super::giving_way::{GivingWay, OptionalWork};
 use super::limits::Limits;
 use overfly_flight::locate::CancellationToken;
 use std::sync::Arc;
@@ -42,6 +43,7 @@ pub(super) struct Work {
     #[cfg(feature = "preflight")]
     parsing: Arc<Semaphore>,
     registrations: Arc<Semaphore>,
+    way: GivingWay,
     uploads: Arc<Semaphore>,
     /// Memory for uploads, KiB.
     uploads_room: Arc<Semaphore>,
@@ -57,6 +59,7 @@ impl Work {
             #[cfg(feature = "preflight")]
             parsing: places(1),
             registrations: places(limits.registrations),
+            way: GivingWay::default(),
             uploads: places(limits.uploads),
             uploads_room: places(kib(limits.uploads_bytes) as usize),
             time: limits.answer_time,
@@ -95,7 +98,13 @@ impl Work {
             WorkClass::Registration => &self.registrations,
         };
         let outcome = tokio::time::timeout(self.time, async {
-            let place = places.clone().acquire_owned().await.expect("the semaphore is never closed");
+            let place = match places.clone().try_acquire_owned() {
+                Ok(place) => place,
+                Err(_) => {
+                    let _waiting = (class == WorkClass::Registration).then(|| self.way.wait());
+                    places.clone().acquire_owned().await.expect("the semaphore is never closed")
+                }
+            };
             tokio::task::spawn_blocking(move || {
                 let _place = place;
                 job(&cancellation)
@@ -107,6 +116,12 @@ impl Work {
             Ok(Err(_)) => Err(ServerError::Panicked),
             Ok(Ok(answer)) => Ok(answer),
         }
+    }
+
+    /// Begins a part of a registration's work that can be left out: its token is cancelled when another registration waits for the
+    /// place, and with `cancellation`.
+    pub(super) fn begin_optional(&self, cancellation: &CancellationToken) -> OptionalWork {
+        self.way.begin_optional(cancellation)
     }
 
     /// Begins an upload of about `bytes`. Memory is reserved as they arrive, a place when all have arrived: a slow client must not

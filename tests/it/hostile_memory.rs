@@ -1,13 +1,9 @@
 //! Small images that inflate: a service of 128 MB that may not have more address space refuses them, and goes on answering.
 
-use flate2::write::ZlibEncoder;
-use flate2::{Compression, Crc};
-use overfly_core::feature::keypoint::CONTRACT;
 use overfly_core::tile::{TileId, gsd_at};
-use overfly_store::{BuiltTile, Declaration, EncodedTile, Writer, content_hash};
 use overfly_testkit::drawn::project;
+use overfly_testkit::inflating::{black_png, chunk, hostile_layer, png, zeros};
 use overfly_testkit::soak::client::{ServedStore, post};
-use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,38 +15,6 @@ const INFLATED_MB: usize = 680;
 const SPACE_KIB: usize = 640 << 10;
 /// The service is given 128 MB besides the program itself; images pass through memory in more than one form.
 const MOST_RESIDENT_KB: u64 = 250_000;
-
-/// A PNG chunk.
-fn chunk(name: &[u8; 4], content: &[u8]) -> Vec<u8> {
-    let mut crc = Crc::new();
-    crc.update(name);
-    crc.update(content);
-    let size = (content.len() as u32).to_be_bytes();
-    [&size[..], name, content, &crc.sum().to_be_bytes()].concat()
-}
-
-/// The text of `megabytes` zeros, compressed.
-fn zeros(megabytes: usize) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
-    let block = vec![0; 1_000_000];
-    (0..megabytes).for_each(|_| encoder.write_all(&block).unwrap());
-    encoder.finish().unwrap()
-}
-
-/// A gray PNG with further chunks before its pixels, which are `pixels` compressed.
-fn png(size_px: u32, more: &[u8], pixels: &[u8]) -> Vec<u8> {
-    let size = size_px.to_be_bytes();
-    let header = chunk(b"IHDR", &[&size[..], &size, &[8, 0, 0, 0, 0]].concat());
-    [b"\x89PNG\r\n\x1a\n".to_vec(), header, more.to_vec(), chunk(b"IDAT", pixels), chunk(b"IEND", b"")].concat()
-}
-
-/// A PNG of black pixels with further chunks.
-fn black_png(size_px: u32, more: &[u8]) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
-    // A filter byte before each row.
-    encoder.write_all(&vec![0; (size_px as usize + 1) * size_px as usize]).unwrap();
-    png(size_px, more, &encoder.finish().unwrap())
-}
 
 /// A WebP that states 64 x 64 pixels and codes 16,383 x 16,383.
 fn webp() -> Vec<u8> {
@@ -83,28 +47,6 @@ fn bombs(zeros: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// A store of one tile whose imagery is a PNG with a colour profile that inflates. All its hashes are right.
-fn hostile_store(path: &Path, tile: TileId, zeros: &[u8]) {
-    let bytes = black_png(512, &chunk(b"iCCP", &[b"x\0\0", zeros].concat()));
-    let source = super::store::source(5);
-    let built = super::store::built(tile, &source, 5, false);
-    let mut content = built.content.unwrap();
-    let described = content.descriptors.clone().unwrap_or_default();
-    let content_hash = content_hash("image/png", &bytes, &described, Some(&content.cells));
-    content.image = EncodedTile { media_type: "image/png", bytes, content_hash };
-    let declaration = Declaration {
-        layer: "ortho".into(),
-        sources: vec![source],
-        zoom_override: None,
-        base_zoom: tile.zoom(),
-        min_zoom: tile.zoom(),
-        terms: Default::default(),
-    };
-    let mut writer = Writer::begin(path, CONTRACT, declaration).unwrap();
-    writer.put(&BuiltTile { content: Some(content), ..built }).unwrap();
-    writer.finish(&|_| true).unwrap();
-}
-
 /// `overfly serve --onboard --memory 128MB` with a limit of its address space.
 fn served(db: &Path, log: &Path) -> ServedStore {
     let mut command = Command::new("sh");
@@ -120,7 +62,7 @@ fn images_that_inflate_are_refused_and_the_service_goes_on() {
     assert!(zeros.len() < 700_000, "{} bytes", zeros.len());
     let tile = TileId::new(17, 71_000, 45_000).unwrap();
     let db = folder.path().join("s.gpkg");
-    hostile_store(&db, tile, &zeros);
+    hostile_layer(&db, "ortho", tile, &zeros);
     let mut service = served(&db, &folder.path().join("log"));
     let centre = tile.centre();
     let request = serde_json::json!({

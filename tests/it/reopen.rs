@@ -10,7 +10,10 @@ use overfly_store::Reader;
 use overfly_store::package::{SecretKey, generate};
 use overfly_testkit::drawn::drawn_store;
 use overfly_testkit::soak::client::ServedStore;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use tower::ServiceExt;
 
@@ -176,4 +179,50 @@ fn onboard_only_what_the_key_signed_takes_the_place_of_the_store() {
     assert_eq!(store["digest"], second);
     assert_ne!(first, second);
     assert!(ask("/healthz").text.contains(&second));
+}
+
+#[test]
+fn a_store_that_is_copied_over_is_opened_only_when_all_of_it_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.gpkg");
+    std::fs::rename(made(&path, "ortho", 1), &path).unwrap();
+    let new = std::fs::read(made(&path, "ortho", 2)).unwrap();
+    let (again, whole, opened) = (path.clone(), new.len() as u64, Arc::new(AtomicUsize::new(0)));
+    let count = opened.clone();
+    let reopen = move || {
+        count.fetch_add(1, Ordering::Relaxed);
+        assert_eq!(std::fs::metadata(&again).unwrap().len(), whole, "half a copy is opened");
+        Reader::open_proved(&again)
+            .map(|store| (store, Vec::new()))
+            .map_err(|error| StoreRefusal { code: error.code(), reason: error.to_string() })
+    };
+    let state = ServiceState::new(Reader::open(&path).unwrap(), Service::Preflight, Limits::default());
+    let app = router(state.with_reopening(reopen));
+    let first = get(&app, "/v1/store").json()["digest"].as_str().unwrap().to_owned();
+    std::thread::scope(|scope| {
+        let copying = scope.spawn(|| {
+            // As `cp` does: the same file, cut to nothing and written again.
+            let mut file = std::fs::File::create(&path).unwrap();
+            for part in new.chunks(new.len().div_ceil(30)) {
+                file.write_all(part).unwrap();
+                std::thread::sleep(Duration::from_millis(100));
+            }
+        });
+        let mut statuses = Vec::new();
+        while !copying.is_finished() {
+            let reply = get(&app, "/v1/store");
+            let json = reply.json();
+            if reply.status == 503 {
+                assert_eq!(json["code"], "store_changed", "{json}");
+            } else {
+                assert_eq!((reply.status, json["digest"].as_str()), (200, Some(first.as_str())), "{json}");
+            }
+            statuses.push(reply.status);
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(statuses.contains(&503), "{statuses:?}");
+    });
+    let store = until(200, || get(&app, "/v1/store")).json();
+    assert_ne!(store["digest"], first.as_str());
+    assert_eq!(opened.load(Ordering::Relaxed), 1);
 }

@@ -3,7 +3,7 @@
 use super::error::StoreError;
 use super::geometry::register_functions;
 use super::{manifest, migration, schema};
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,12 +26,31 @@ pub enum Access {
     Immutable,
 }
 
-/// Opens a connection that cannot write, and returns it with the format version of the store.
+/// A store that is open for reading.
+pub struct OpenedStore {
+    /// A connection that cannot write.
+    pub connection: Connection,
+    /// The format version of the store.
+    pub version: u32,
+    /// How it was opened, and how to open further connections.
+    pub access: Access,
+}
+
+/// Opens a connection that cannot write. A store that another program left in WAL mode is opened immutable: SQLite would create
+/// `-wal` and `-shm` files beside it, and leave them there.
 ///
 /// # Errors
-/// Where the file does not exist, is not a store, has a format that this program cannot read, or (immutable) has a non-empty side file.
-pub fn open_read(path: &Path, access: Access) -> Result<(Connection, u32), StoreError> {
+/// Where the file does not exist, is not a store, has a format that this program cannot read, or (immutable) has a non-empty side
+/// file; [`StoreError::LeftInWal`] where the last changes of another program are still in a `-wal` file.
+pub fn open_read(path: &Path, access: Access) -> Result<OpenedStore, StoreError> {
     check_file(path)?;
+    let access = match access {
+        Access::Shared if is_in_wal_mode(path) => {
+            refuse_side_files(path).map_err(|_| StoreError::LeftInWal { path: path.into() })?;
+            Access::Immutable
+        }
+        other => other,
+    };
     let connection = match access {
         Access::Shared => open_shared(path)?,
         Access::Immutable => {
@@ -44,7 +63,17 @@ pub fn open_read(path: &Path, access: Access) -> Result<(Connection, u32), Store
     let version = store_version(&connection, path)?;
     migration::require_readable(version, path)?;
     schema::require_own(&connection, version, path)?;
-    Ok((connection, version))
+    Ok(OpenedStore { connection, version, access })
+}
+
+/// Whether a file is in WAL mode, or has a non-empty `-wal` file: SQLite reads neither without locks. This probe takes no lock and
+/// creates no file. It is a connection of SQLite's, since closing a file of our own would drop the locks that other connections of
+/// this process hold on it.
+pub(super) fn is_in_wal_mode(path: &Path) -> bool {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let Ok(connection) = Connection::open_with_flags(file_uri(path) + "?nolock=1", flags) else { return false };
+    let probed = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()));
+    probed.is_err_and(|error| error.sqlite_error_code() == Some(ErrorCode::CannotOpen))
 }
 
 /// Opens one more connection to a file that is known to be a store. Its page cache holds `pages_bytes`.
@@ -138,7 +167,7 @@ pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
 /// Where the file is not a store or cannot be written.
 pub fn migrate(path: &Path) -> Result<(), StoreError> {
     match open_read(path, Access::Shared) {
-        Ok((_, migration::FORMAT_VERSION)) | Err(StoreError::Missing { .. }) => Ok(()),
+        Ok(OpenedStore { version: migration::FORMAT_VERSION, .. }) | Err(StoreError::Missing { .. }) => Ok(()),
         Ok(_) | Err(StoreError::OlderFormat { .. }) => open_write(path).map(|_| ()),
         Err(other) => Err(other),
     }

@@ -72,6 +72,15 @@ pub enum StoreError {
         /// The side file.
         side: PathBuf,
     },
+    /// Another program has changed the store and left its last changes in a write-ahead log.
+    #[error(
+        "{path}: another program changed the store in WAL mode, and its last changes are still in the -wal file beside it",
+        path = path.display()
+    )]
+    LeftInWal {
+        /// The store.
+        path: PathBuf,
+    },
     /// An interrupted write cannot be rolled back here.
     #[error("{path}: an interrupted build left a journal that cannot be rolled back here", path = path.display())]
     HotJournal {
@@ -256,6 +265,7 @@ impl StoreError {
             Self::OlderFormat { .. } => "older_store",
             Self::OtherContract { .. } => "other_contract",
             Self::SideFile { .. } => "side_file",
+            Self::LeftInWal { .. } => "side_file",
             Self::HotJournal { .. } => "unfinished_build",
             Self::NoLayer { .. } => "no_such_layer",
             Self::LayerName { .. } => "layer_name",
@@ -301,6 +311,7 @@ impl StoreError {
             | Self::OlderFormat { .. }
             | Self::OtherContract { .. }
             | Self::SideFile { .. }
+            | Self::LeftInWal { .. }
             | Self::HotJournal { .. }
             | Self::NoLayer { .. }
             | Self::LayerName { .. }
@@ -325,6 +336,7 @@ impl StoreError {
             Self::OlderFormat { .. } => StoreRemedy::Migrate,
             Self::OtherContract { .. } => StoreRemedy::Rebuild,
             Self::SideFile { .. } => StoreRemedy::ResumeBuildAndCopy,
+            Self::LeftInWal { .. } => StoreRemedy::EndWalMode,
             Self::HotJournal { .. } => StoreRemedy::ResumeBuildOrGrantAccess,
             Self::Denied { .. } => StoreRemedy::GrantAccess,
             Self::NoFolder { .. } => StoreRemedy::CreateFolder,

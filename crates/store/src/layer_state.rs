@@ -1,7 +1,7 @@
 //! `LayerState`: the state of one layer, finished or not. A build reads it before it plans.
 
 use super::StoreError;
-use super::connection::{self, Access};
+use super::connection::{self, Access, OpenedStore};
 use super::contract::require_contract;
 use super::footprint_rows;
 use super::source::{self, Source, SourceTable};
@@ -39,7 +39,7 @@ impl LayerState {
             return Ok(Self::default());
         }
         match connection::open_read(path, Access::Shared) {
-            Ok((connection, version)) => {
+            Ok(OpenedStore { connection, version, .. }) => {
                 require_contract(&connection, path)?;
                 Self::load(&connection, version, layer).map_err(|e| StoreError::sqlite(path, e))
             }

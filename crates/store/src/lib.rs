@@ -65,6 +65,7 @@ pub use digest::{content_hash, hash_source};
 pub use disk_space::free_bytes;
 pub use error::StoreError;
 pub use extract::{Extract, LayerHead, LayerPart};
+pub use file_stamp::FileStamp;
 pub use footprint::{Footprint, MOST_ERROR_M, default_error_m, larger_error};
 pub use hashing::hex;
 pub use imagery::{EncodedTile, JPEG_QUALITY, decode, encode, media_type};

@@ -2,7 +2,7 @@
 
 use super::cache_limits::CacheLimits;
 use super::cells::CellCache;
-use super::connection::{self, Access};
+use super::connection::{self, Access, OpenedStore};
 use super::contract::require_contract;
 use super::damage::{Damage, DamageLog};
 use super::file_stamp::FileStamp;
@@ -54,6 +54,7 @@ use std::path::{Path, PathBuf};
 pub struct Reader {
     path: PathBuf,
     access: Access,
+    is_onboard: bool,
     limits: CacheLimits,
     idle: Mutex<Vec<Connection>>,
     layers: Vec<Layer>,
@@ -75,10 +76,12 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Opens a store for reading. Reads only a few rows, however large the store is.
+    /// Opens a store for reading. Reads only a few rows, however large the store is. Reading leaves no `-wal` or `-shm` file, not even
+    /// beside a store that another program left in WAL mode.
     ///
     /// # Errors
-    /// Where the file does not exist, is not a store, has another format or contract, is damaged, or has no finished layer.
+    /// Where the file does not exist, is not a store, has another format or contract, is damaged, or has no finished layer, and
+    /// [`StoreError::LeftInWal`].
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         Self::open_with(path, Access::Shared)
     }
@@ -120,9 +123,10 @@ impl Reader {
         FootprintProof::read(&connection, &self.layers, self.version, &self.path)
     }
 
-    fn open_with(path: &Path, access: Access) -> Result<Self, StoreError> {
+    fn open_with(path: &Path, wanted: Access) -> Result<Self, StoreError> {
         let stamp = FileStamp::read(path)?;
-        let (connection, version) = connection::open_read(path, access)?;
+        let OpenedStore { connection, version, access } = connection::open_read(path, wanted)?;
+        let is_onboard = wanted == Access::Immutable;
         let contract = require_contract(&connection, path)?;
         let layers = layer::load_all(&connection, version, path)?;
         if layers.is_empty() {
@@ -135,15 +139,13 @@ impl Reader {
         let fail = |e| StoreError::sqlite(path, e);
         let digest = stored_digest(&connection, &contract).map_err(fail)?;
         let manifest = manifest::read(&connection).map_err(fail)?;
-        let proof = match access {
-            Access::Shared => None,
-            Access::Immutable => Some(FootprintProof::read(&connection, &layers, version, path)?),
-        };
+        let proof = is_onboard.then(|| FootprintProof::read(&connection, &layers, version, path)).transpose()?;
         let (idle, bytes) = (Mutex::new(vec![connection]), stamp.bytes());
         let (digest, stamp) = (hashing::hex(&digest), Mutex::new(stamp));
         Ok(Self {
             path: path.into(),
             access,
+            is_onboard,
             limits: CacheLimits::default(),
             idle,
             layers,
@@ -195,7 +197,7 @@ impl Reader {
 
     /// Whether the store was opened with [`Reader::open_onboard`].
     pub(super) fn is_onboard(&self) -> bool {
-        self.access == Access::Immutable
+        self.is_onboard
     }
 
     /// The proved footprints, onboard only.
@@ -206,7 +208,7 @@ impl Reader {
     /// Checks that the file still holds the store that was opened. Costs one `stat` unless the file was written.
     ///
     /// A pending build may write to the file. The check fails if a finished layer has changed, the file was replaced, or a store
-    /// that was opened onboard was written at all.
+    /// that was opened onboard, or is in WAL mode, was written at all.
     ///
     /// # Errors
     /// [`StoreError::Changed`], and where the store is damaged.
@@ -217,7 +219,8 @@ impl Reader {
         if now == seen {
             return Ok(());
         }
-        if self.access == Access::Immutable || !now.same_file(&seen) {
+        // A store that came into WAL mode must be opened anew: these connections would create side files.
+        if self.access == Access::Immutable || !now.same_file(&seen) || connection::is_in_wal_mode(&self.path) {
             return Err(changed());
         }
         let digest = self.with(|c| stored_digest(c, &self.contract))?;

@@ -11,6 +11,8 @@ pub enum StoreRemedy {
     ResumeBuildAndCopy,
     /// Run the same build again, or make file and folder writable.
     ResumeBuildOrGrantAccess,
+    /// Close the program that has the store open, or end its WAL mode.
+    EndWalMode,
     /// Build the store again with this program.
     Rebuild,
     /// Open the store for writing: any build migrates it.

@@ -1,7 +1,7 @@
 //! Verification of a store: every hash, the digest, the rules of SQLite and GeoPackage. It reads the whole store and repairs
 //! nothing.
 
-use super::connection::{self, APPLICATION_ID, Access, USER_VERSION};
+use super::connection::{self, APPLICATION_ID, Access, OpenedStore, USER_VERSION};
 use super::contract::require_contract;
 use super::digest::LayerHashed;
 use super::extent::extent;
@@ -48,7 +48,7 @@ pub struct BadTile {
 /// # Errors
 /// Where the file cannot be opened as a store. Problems inside the store are in the result.
 pub fn verify(path: &Path, progress: &dyn Fn(u64, u64)) -> Result<Verification, StoreError> {
-    let (connection, version) = connection::open_read(path, Access::Shared)?;
+    let OpenedStore { connection, version, .. } = connection::open_read(path, Access::Shared)?;
     let contract = require_contract(&connection, path)?;
     let layers = layer::load_all(&connection, version, path)?;
     let mut findings = Findings { bad_tiles: Vec::new(), problems: Vec::new(), tiles: 0 };

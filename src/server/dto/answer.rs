@@ -1,8 +1,9 @@
 //! `AnswerJson`: a fix, or no fix and why.
 
+use super::hint::HintJson;
 use super::stable_word::stable_word;
 use overfly_core::geodesy::Geodetic;
-use overfly_flight::locate::{Answer, Fix, NoFix, PositionOf, Reason, SearchedMap};
+use overfly_flight::locate::{Answer, Fix, Hints, NoFix, PositionOf, Reason, SearchedMap};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -149,8 +150,14 @@ pub(crate) struct NoFixJson {
     map: SearchedMapJson,
     /// The image time of the request.
     time_s: Option<f64>,
-    /// Time from the decoded frame to this answer, milliseconds.
+    /// Time from the decoded frame to this answer, milliseconds, without the search for hints.
     elapsed_ms: f64,
+    /// What to check in the request: absent unless hints were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hints: Option<Vec<HintJson>>,
+    /// Whether all hints were tried: false if the time was up or another registration waited. Absent without `hints`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hints_complete: Option<bool>,
 }
 
 /// Why there is no fix.
@@ -197,6 +204,18 @@ impl AnswerJson {
     pub(crate) fn elapsed_s(&self) -> f64 {
         let (Self::Fix(FixJson { elapsed_ms, .. }) | Self::NoFix(NoFixJson { elapsed_ms, .. })) = self;
         elapsed_ms / 1e3
+    }
+
+    /// The same reply with hints, if they were searched for; a fix has none. `spell` gives the name of a parameter as the user knows it.
+    pub(crate) fn with_hints(self, hints: Option<Hints>, spell: impl Fn(&str) -> String) -> Self {
+        match (self, hints) {
+            (Self::NoFix(no_fix), Some(hints)) => Self::NoFix(NoFixJson {
+                hints: Some(hints.found.into_iter().map(|hint| HintJson::new(hint, &spell)).collect()),
+                hints_complete: Some(hints.is_complete),
+                ..no_fix
+            }),
+            (answer, _) => answer,
+        }
     }
 }
 
@@ -262,6 +281,8 @@ impl NoFixJson {
             map: no_fix.map.into(),
             time_s: no_fix.time_s,
             elapsed_ms,
+            hints: None,
+            hints_complete: None,
         }
     }
 }

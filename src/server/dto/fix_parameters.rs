@@ -54,6 +54,12 @@ pub(crate) struct FixParametersJson {
     pub layer: Option<String>,
     /// When the image was taken, seconds; repeated in the answer.
     pub time_s: Option<f64>,
+    /// On no fix, search on for what was stated wrongly: heading, scale or layer. The hints are no fix.
+    pub hints: bool,
+    /// Search for hints for at most so many seconds; 2 by default, 0 for none; needs `hints`. Ends early when another fix or motion
+    /// waits for its turn.
+    #[schema(minimum = 0.0, maximum = 10.0)]
+    pub hints_limit_s: Option<f64>,
 }
 
 impl From<&FixParametersJson> for FixParameters {

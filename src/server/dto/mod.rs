@@ -7,6 +7,7 @@ mod coverage;
 mod export;
 mod fix_parameters;
 mod geometry;
+mod hint;
 mod intrinsics;
 mod layer;
 mod motion;

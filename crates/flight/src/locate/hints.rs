@@ -10,10 +10,8 @@ use super::request::{FixRequest, HeadingPrior};
 use overfly_core::camera::{Camera, View};
 use overfly_core::pixels::Gray;
 use overfly_store::Reader;
-use serde::Serialize;
 use std::f64::consts::TAU;
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Metres in a foot.
 const FOOT_M: f64 = 0.3048;
@@ -26,8 +24,7 @@ const TRIAL_SHARE: u32 = 4;
 const SCALE_SIGMA: f64 = 0.06;
 
 /// A change of the request with which the frame matches.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Hint {
     /// The stated heading is right in radians.
     HeadingInRadians {
@@ -64,8 +61,47 @@ pub enum Hint {
     },
 }
 
-/// Searches for hints about a request that gave no fix, until `limit` has passed: first what people confuse most often. An empty list
-/// means that nothing was found in that time.
+impl Hint {
+    /// The hint in words. `spell` gives the name of a parameter as the caller's users know it.
+    pub fn message(&self, spell: impl Fn(&str) -> String) -> String {
+        match self {
+            Self::HeadingInRadians { stated_deg, heading_deg } => {
+                let name = spell("heading_deg");
+                format!("matches at heading {heading_deg:.1}, not {stated_deg}: {name} looks like radians")
+            }
+            Self::Heading { stated_deg, heading_deg } => {
+                let name = spell("heading_deg");
+                format!("matches at heading {heading_deg:.1}, not {stated_deg:.1}: check {name}")
+            }
+            Self::HeightInFeet { stated_m, height_m } => {
+                let name = spell("height_m");
+                format!(
+                    "matches at a height of {height_m:.0} m, not {stated_m:.0} m: {name} looks like feet (ratio 3.28)"
+                )
+            }
+            Self::Scale { ratio } => {
+                let (height, gsd) = (spell("height_m"), spell("gsd_m_per_px"));
+                format!("matches at {ratio:.2} times the stated scale: check {height} and camera, or {gsd}")
+            }
+            Self::Layer { layer, map_epoch } => {
+                let date = map_epoch.as_ref().map_or(String::new(), |date| format!(", of {date}"));
+                format!("matches in the layer {layer}{date}: try {} {layer}", spell("layer"))
+            }
+        }
+    }
+}
+
+/// The hints that were found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hints {
+    /// The hints, the likeliest confusion first.
+    pub found: Vec<Hint>,
+    /// Whether the search came to its end; otherwise its time was up, or it was cancelled.
+    pub is_complete: bool,
+}
+
+/// Searches for hints about a request that gave no fix, until `limit` has passed or `cancellation` is cancelled: first what people
+/// confuse most often. The search ends within about a second after its time is up.
 ///
 /// # Errors
 /// [`LocateError`] where the request or the store cannot be used.
@@ -75,56 +111,38 @@ pub fn hints(
     request: &FixRequest,
     threads: usize,
     limit: Duration,
-) -> Result<Vec<Hint>, LocateError> {
-    let start = Instant::now();
-    let mut found: Vec<Hint> = Vec::new();
+    cancellation: &CancellationToken,
+) -> Result<Hints, LocateError> {
+    let whole = cancellation.child_within(limit);
+    let mut hints = Hints { found: Vec::new(), is_complete: true };
     for trial in trials(store, request) {
-        let left = limit.saturating_sub(start.elapsed());
-        if left.is_zero() {
+        if whole.is_cancelled() {
+            hints.is_complete = false;
             break;
         }
-        if trial.is_scale() && found.iter().any(|hint| matches!(hint, Hint::Scale { .. })) {
+        if trial.is_scale() && hints.found.iter().any(|hint| matches!(hint, Hint::Scale { .. })) {
             continue;
         }
-        let most = left.min(limit / TRIAL_SHARE);
-        let Some(Answer::Fix(fix)) = locate_within(store, frame, &trial.request, threads, most)? else { continue };
+        let part = whole.child_within(limit / TRIAL_SHARE);
+        let fix = match locate_cancellable(store, frame, &trial.request, threads, &part) {
+            Ok(Answer::Fix(fix)) => fix,
+            Err(error @ LocateError::Store(_)) => return Err(error),
+            Err(LocateError::Cancelled) => {
+                hints.is_complete = false;
+                continue;
+            }
+            // A scale or a layer that cannot be searched gives no hint.
+            Ok(Answer::NoFix(_)) | Err(_) => continue,
+        };
         let hint = trial.hint(request, frame, &fix);
         // The confusion of a heading or a unit explains everything.
         let explains = !matches!(hint, Hint::Scale { .. } | Hint::Layer { .. });
-        found.push(hint);
+        hints.found.push(hint);
         if explains {
             break;
         }
     }
-    Ok(found)
-}
-
-/// The answer, if it is found in time. A scale or a layer that cannot be searched has none.
-fn locate_within(
-    store: &Reader,
-    frame: &Gray,
-    request: &FixRequest,
-    threads: usize,
-    most: Duration,
-) -> Result<Option<Answer>, LocateError> {
-    let cancellation = CancellationToken::new();
-    let (done, wait) = channel::<()>();
-    let outcome = std::thread::scope(|scope| {
-        let timer = cancellation.clone();
-        scope.spawn(move || {
-            if wait.recv_timeout(most) == Err(RecvTimeoutError::Timeout) {
-                timer.cancel();
-            }
-        });
-        let outcome = locate_cancellable(store, frame, request, threads, &cancellation);
-        drop(done);
-        outcome
-    });
-    match outcome {
-        Ok(answer) => Ok(Some(answer)),
-        Err(error @ LocateError::Store(_)) => Err(error),
-        Err(_) => Ok(None),
-    }
+    Ok(hints)
 }
 
 /// A changed request.

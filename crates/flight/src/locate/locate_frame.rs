@@ -137,8 +137,9 @@ pub fn locate_weighed(
     let search = |context: &SearchContext<'_>| {
         let registration = register(context, frame)?;
         let verdict = registration.search.as_ref().and_then(|(_, search)| search.verdict.as_ref());
-        let place = verdict.and_then(|v| v.places.first()).and_then(WeighedPlace::new);
-        Ok((registration.answer, place))
+        let more = verdict.and_then(|v| v.places.first()).and_then(WeighedPlace::new);
+        let place = registration.best_place(context);
+        Ok(LayerAnswer { answer: registration.answer, place, more })
     };
     over_layers(store, request, threads, &CancellationToken::new(), &search)
 }

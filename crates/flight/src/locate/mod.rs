@@ -47,7 +47,7 @@ pub use camera_pose::CameraPose;
 pub use cancellation::CancellationToken;
 pub use epochs::requested_layer;
 pub use error::LocateError;
-pub use hints::{Hint, hints};
+pub use hints::{Hint, Hints, hints};
 pub use hypotheses::Hypothesis;
 pub use levels::{CellLevel, Levels};
 pub use locate_frame::{locate, locate_cancellable, locate_traced, locate_weighed};

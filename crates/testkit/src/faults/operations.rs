@@ -3,7 +3,8 @@
 use super::bench::FaultBench;
 use super::operation::{TARGET, WriteOperation};
 use crate::drawn::{CRS, orthophoto};
-use overfly_store::Reader;
+use crate::older_store::older_copy;
+use overfly_store::{OLDEST_READABLE, Reader};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,8 @@ fn builds(material: &Material) -> Vec<WriteOperation> {
         row("build, a second layer", Some("of a"), &["--layer", "second"], &[b]),
         row("build, a layer that answers", Some("of a"), &[], &[b]),
         row("build, most of it dropped", Some("of both, fine"), &["--replace-layer"], &[a]),
+        row("build, of format 4", Some("of both, format 4"), &[], &[a, b]),
+        row("build, of format 5", Some("of a, format 5"), &[], &[a]),
     ]
 }
 
@@ -106,6 +109,13 @@ impl Material {
         ] {
             let path = folder.join(format!("{name}.gpkg"));
             bench.succeed(&build_words(text(&path), options, sources));
+            files.insert(name, path);
+        }
+        for (name, of, version) in
+            [("of both, format 4", "of both", OLDEST_READABLE), ("of a, format 5", "of a", OLDEST_READABLE + 1)]
+        {
+            let path = folder.join(format!("{name}.gpkg"));
+            older_copy(&files[of], &path, version);
             files.insert(name, path);
         }
         let routes = routes(folder, &files["of both"]);
