@@ -56,14 +56,17 @@ pub fn text(answer: &Answer, elapsed_ms: f64) -> String {
 
 /// The map that the answer is from; where several layers may be searched, those that were.
 fn map_text(map: &SearchedMap) -> String {
-    let date = map.layer_date.as_deref().map_or("unknown", |date| date.get(..10).unwrap_or(date));
+    let date = match map.layer_date.as_deref() {
+        Some(date) => format!(" of {}", date.get(..10).unwrap_or(date)),
+        None => " of unknown date".into(),
+    };
     let more = if map.layers_charged > 1 {
         let searched = map.layers_searched.join(", ");
         format!("; searched {searched} of {} layers, and the evidence counts all of them", map.layers_charged)
     } else {
         String::new()
     };
-    format!("map        layer {} of {date}, store {}{more}", map.layer, map.store_digest)
+    format!("map        layer {}{date}, store {}{more}", map.layer, map.store_digest)
 }
 
 /// The map's own error, and whether anything states it.
