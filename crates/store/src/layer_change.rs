@@ -1,7 +1,7 @@
 //! Changes of a layer that no build makes: another name, description, terms or date, and its removal. Each is one transaction, and
 //! can be previewed without a write.
 
-use super::connection::{self, Access};
+use super::connection::{self, Access, OpenedStore};
 use super::contract::require_contract;
 use super::digest::{self, LayerHashed};
 use super::footprint::Footprint;
@@ -76,7 +76,7 @@ pub struct LayerChanged {
 /// # Errors
 /// As [`change_layer`].
 pub fn preview_layer_change(path: &Path, name: &str, change: &LayerChange) -> Result<LayerChanged, StoreError> {
-    let (connection, version) = connection::open_read(path, Access::Shared)?;
+    let OpenedStore { connection, version, .. } = connection::open_read(path, Access::Shared)?;
     let fail = |e| StoreError::sqlite(path, e);
     if version >= manifest::SINCE && manifest::read(&connection).map_err(fail)?.is_some() {
         return Err(StoreError::Sealed { path: path.into() });
@@ -124,7 +124,7 @@ pub fn change_layer(path: &Path, name: &str, change: &LayerChange) -> Result<Lay
 /// Digest and format version of a store; `None` for one that this program only migrates.
 fn before(path: &Path) -> Result<Option<(Option<String>, u32)>, StoreError> {
     match connection::open_read(path, Access::Shared) {
-        Ok((connection, version)) => {
+        Ok(OpenedStore { connection, version, .. }) => {
             let contract = require_contract(&connection, path)?;
             let digest = store_digest(&connection, &contract).map_err(|e| StoreError::sqlite(path, e))?;
             Ok(Some((digest, version)))

@@ -16,7 +16,7 @@ use super::observation::Observation;
 use super::prepare::PreparedFrame;
 use super::search_context::SearchContext;
 use overfly_core::geodesy::wrap_turn_rad;
-use overfly_core::registration::a_contrario::log10_alias_probability;
+use overfly_core::registration::a_contrario::{calibrated_alias_probability, log10_alias_probability};
 use overfly_core::registration::paired_comparison::{PairedDifference, PlacedProducts, Placement};
 use overfly_core::registration::self_similarity::self_similarity;
 use overfly_core::tile::WorldPixel;
@@ -80,10 +80,19 @@ pub struct Rival {
 }
 
 impl RivalReport {
-    /// The probability that the place is that of a rival; 0 where there is none.
+    /// The probability by which a place is decided on: that chance makes it better than the strongest rival by so much, for each rival
+    /// compared; 0 where there is none.
     pub fn alias_probability(&self) -> f64 {
         let Some(Rival { difference, .. }) = self.strongest else { return 0.0 };
         10f64.powf(log10_alias_probability(difference.t_score(), difference.blocks, self.count * self.layers))
+    }
+
+    /// The probability that the place is wrong because the frame lies at a rival, as trials over repeating ground show it; 0 where there
+    /// is no rival. It counts all layers that may be searched.
+    pub fn calibrated_probability(&self) -> f64 {
+        let Some(Rival { difference, .. }) = self.strongest else { return 0.0 };
+        let one_layer = calibrated_alias_probability(difference.t_score(), difference.blocks);
+        (self.layers as f64 * one_layer).min(1.0)
     }
 
     /// The rival that makes the place ambiguous, if there is one.

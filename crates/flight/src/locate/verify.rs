@@ -73,7 +73,7 @@ impl VerifiedPlace {
     /// The probability that the place is wrong: by chance, or because the frame lies at a rival.
     pub fn false_fix_probability(&self) -> f64 {
         let by_chance = 10f64.powf(self.log10_false_alarms);
-        let alias = self.rivals.map_or(0.0, |report| report.alias_probability());
+        let alias = self.rivals.map_or(0.0, |report| report.calibrated_probability());
         (by_chance + alias).clamp(MIN_FALSE_FIX_PROBABILITY, 1.0)
     }
 }
