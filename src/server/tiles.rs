@@ -71,12 +71,12 @@ pub(super) async fn image(
         })
         .await??;
     let tag = etag(&overfly_store::hex(&found.content_hash));
+    let kept = [(ETAG, tag.clone()), (CACHE_CONTROL, CACHE.into()), (VARY, ACCEPT.to_string())];
     if unchanged(&headers, &tag) {
-        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag), (CACHE_CONTROL, CACHE.into())]).into_response());
+        return Ok((StatusCode::NOT_MODIFIED, kept).into_response());
     }
     let media_type = stated_media_type(&headers, found.media_type).to_owned();
-    let headers = [(CONTENT_TYPE, media_type), (ETAG, tag), (CACHE_CONTROL, CACHE.into()), (VARY, ACCEPT.to_string())];
-    Ok((headers, found.bytes).into_response())
+    Ok((kept, [(CONTENT_TYPE, media_type)], found.bytes).into_response())
 }
 
 /// The keypoint descriptors of a tile: the blob that migrations/README.md describes.

@@ -414,6 +414,24 @@ fn hostile_tile_names_are_refused() {
 }
 
 #[test]
+fn a_client_that_accepts_only_bytes_gets_a_tile_as_such() {
+    let stand = Stand::new();
+    let accepting = |accepted: &str| {
+        let path = format!("/v1/tiles/ortho/{ZOOM}/{COLUMN}/{ROW}");
+        let request = Request::get(path).header("accept", accepted).body(Body::empty()).unwrap();
+        let reply = stand.send(request);
+        (
+            reply.headers[CONTENT_TYPE].to_str().unwrap().to_owned(),
+            reply.headers["vary"].to_str().unwrap().to_owned(),
+            reply.body,
+        )
+    };
+    let [image, bytes] = ["*/*", "application/octet-stream"].map(accepting);
+    assert_eq!((&*image.0, &*bytes.0, &image.2), ("image/png", "application/octet-stream", &bytes.2));
+    assert_eq!((&*image.1, &*bytes.1), ("accept", "accept"));
+}
+
+#[test]
 fn unknown_paths_and_methods_get_a_problem_document() {
     let stand = Stand::new();
     assert_eq!(stand.get("/v2/candidates").problem().1, "no_such_route");

@@ -152,6 +152,9 @@ fn what_cannot_be_exported_is_told_without_the_servers_paths() {
         (with("corridor_m", json!(-1.0)), 400, "parameter_out_of_range"),
         (with("jpeg_quality", json!(0)), 400, "parameter_out_of_range"),
         (with("valid_until", json!("soon")), 400, "parameter_out_of_range"),
+        (with("serial", json!(-1)), 400, "parameter_out_of_range"),
+        (with("serial", json!(1u64 << 63)), 400, "request_not_valid"),
+        (with("max_bytes", json!(-1)), 400, "parameter_out_of_range"),
         (with("layers", json!(["none"])), 404, "no_such_layer"),
         (with("sign", json!("ground.key")), 400, "request_not_valid"),
     ] {

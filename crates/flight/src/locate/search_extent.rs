@@ -17,7 +17,7 @@ const CONSTANT_S: f64 = 0.06;
 /// The estimated time of a fix, seconds of one thread, for so many correlated pixels times hypotheses.
 ///
 /// Measured on the drawn landscape (`tiles/`, a cold store, 2 GHz server), 7e5 to 1e8 comparisons: 0.06 to 1.2 s, each within a factor
-/// of 1.6 of the estimate. A fix that is sure of its first step takes less, at best the constant and a fifth of the rest.
+/// of 1.7 of the estimate. A fix that is sure of its first step takes less, at best the constant and a fifth of the rest.
 pub fn estimated_s(comparisons: f64) -> f64 {
     CONSTANT_S + comparisons / COMPARISONS_PER_S
 }
