@@ -10,6 +10,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::stop_signal::stop_signal;
+use crate::cli::threads::default_threads;
 use crate::cli::today::today;
 use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
 use access::AccessArgs;
@@ -82,9 +83,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         let reason = "this program is built without the feature `preflight`: it serves only with --onboard";
         return Err(Failure::unusable("built_without_preflight", anyhow::anyhow!(reason)));
     }
-    if args.onboard {
-        allocator::limit_heaps();
-    }
+    allocator::limit_heaps(if args.onboard { 2 } else { default_threads().get().max(2) });
     let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
     let access = args.access.access(&listen)?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;

@@ -46,6 +46,7 @@ pub(super) async fn answer<L: Listener>(mut listener: L, app: Router, stop: impl
     let places = Arc::new(Semaphore::new(CONNECTIONS as usize));
     let reserve = Arc::new(Semaphore::new(RESERVED as usize));
     let essential = app.clone().layer(from_fn(essential_only));
+    let app = app.layer(from_fn(in_turn));
     let mut stop = pin!(stop);
     loop {
         let next = async {
@@ -74,6 +75,13 @@ pub(super) async fn answer<L: Listener>(mut listener: L, app: Router, stop: impl
     // All places are free once all connections have ended.
     let _all = places.acquire_many(CONNECTIONS).await.expect("the semaphore is never closed");
     let _rest = reserve.acquire_many(RESERVED).await.expect("the semaphore is never closed");
+}
+
+/// Lets all other connections go first. A connection with many requests in its buffer would answer them all before its thread turns to
+/// another one.
+async fn in_turn(request: Request, next: Next) -> Response {
+    tokio::task::yield_now().await;
+    next.run(request).await
 }
 
 /// Refuses what can wait.

@@ -5,6 +5,7 @@ use super::connections::answer;
 use super::router::router;
 use super::state::ServiceState;
 use super::supervisor::Supervisor;
+use rustix::net::sockopt::set_socket_send_buffer_size;
 use std::fs::Permissions;
 use std::future::Future;
 use std::os::unix::fs::PermissionsExt;
@@ -14,6 +15,9 @@ use tokio::net::{TcpListener, UnixListener, UnixSocket, UnixStream};
 
 /// The longest time that open requests may take once the service is told to stop.
 const GRACE: Duration = Duration::from_secs(10);
+/// What the system holds of an answer that its reader has not taken, bytes for each connection. By default it is some megabytes: hundreds
+/// of readers that take nothing would keep the service writing to them.
+const SEND_BUFFER_BYTES: usize = 128 << 10;
 /// Most connections to a Unix socket that wait to be accepted.
 const BACKLOG: u32 = 1024;
 
@@ -50,6 +54,8 @@ pub async fn serve(
     match listen {
         Listen::Tcp(address) => {
             let listener = TcpListener::bind(address).await.map_err(bind)?;
+            // Every connection inherits it.
+            set_socket_send_buffer_size(&listener, SEND_BUFFER_BYTES).map_err(|e| bind(e.into()))?;
             started(&Listen::Tcp(listener.local_addr().map_err(bind)?));
             supervisor.ready().await;
             graceful(answer(listener, app, stop), tell).await;

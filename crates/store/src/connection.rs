@@ -45,7 +45,7 @@ pub struct OpenedStore {
 pub fn open_read(path: &Path, access: Access) -> Result<OpenedStore, StoreError> {
     check_file(path)?;
     let access = match access {
-        Access::Shared if is_in_wal_mode(path) => {
+        Access::Shared if is_in_wal_mode(path)? => {
             refuse_side_files(path).map_err(|_| StoreError::LeftInWal { path: path.into() })?;
             Access::Immutable
         }
@@ -68,12 +68,20 @@ pub fn open_read(path: &Path, access: Access) -> Result<OpenedStore, StoreError>
 
 /// Whether a file is in WAL mode, or has a non-empty `-wal` file: SQLite reads neither without locks. This probe takes no lock and
 /// creates no file. It is a connection of SQLite's, since closing a file of our own would drop the locks that other connections of
-/// this process hold on it.
-pub(super) fn is_in_wal_mode(path: &Path) -> bool {
+/// this process hold on it. What else is wrong with the file is found when it is opened.
+///
+/// # Errors
+/// Where the disk fails.
+pub(super) fn is_in_wal_mode(path: &Path) -> Result<bool, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let Ok(connection) = Connection::open_with_flags(file_uri(path) + "?nolock=1", flags) else { return false };
-    let probed = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()));
-    probed.is_err_and(|error| error.sqlite_error_code() == Some(ErrorCode::CannotOpen))
+    let Ok(connection) = Connection::open_with_flags(file_uri(path) + "?nolock=1", flags) else { return Ok(false) };
+    match connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(())) {
+        Err(error) if error.sqlite_error_code() == Some(ErrorCode::CannotOpen) => Ok(true),
+        Err(error) if error.sqlite_error_code() == Some(ErrorCode::SystemIoFailure) => {
+            Err(StoreError::sqlite(path, error))
+        }
+        _ => Ok(false),
+    }
 }
 
 /// Opens one more connection to a file that is known to be a store. Its page cache holds `pages_bytes`.

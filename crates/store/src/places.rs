@@ -6,6 +6,7 @@ use super::footprint_rows;
 use super::source::{self, SourceTable};
 use super::versions::PLACES_SINCE;
 use super::{content, imagery, layer};
+use rusqlite::types::Type;
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::Path;
 
@@ -50,7 +51,8 @@ fn chunk_after(connection: &Connection, last: i64) -> rusqlite::Result<Vec<(i64,
     rows.collect()
 }
 
-/// The outline of a tile that is not wholly valid. A tile that cannot be decoded keeps none: its content hash tells of it.
+/// The outline of a tile that is not wholly valid. A tile that cannot be decoded ends the migration: without its outline, a tile that
+/// was misread once would get a hash that is right for ever.
 fn outline(
     connection: &Connection,
     layer: &str,
@@ -61,6 +63,9 @@ fn outline(
     let sql = format!("SELECT tile_data FROM \"{layer}\" WHERE zoom_level = ?1 AND tile_column = ?2 AND tile_row = ?3");
     let key = params![tile.zoom(), tile.column(), tile.row()];
     let image: Option<Vec<u8>> = connection.prepare_cached(&sql)?.query_row(key, |row| row.get(0)).optional()?;
-    let pixels = image.and_then(|bytes| imagery::decode(&bytes).ok());
-    Ok(pixels.and_then(|pixels| content::outline_of(&pixels.mask)))
+    let pixels = image.and_then(|bytes| imagery::decode(&bytes).ok()).ok_or_else(|| {
+        let reason = format!("tile {tile} of layer {layer} cannot be decoded");
+        rusqlite::Error::FromSqlConversionFailure(0, Type::Blob, reason.into())
+    })?;
+    Ok(content::outline_of(&pixels.mask))
 }

@@ -220,7 +220,7 @@ impl Reader {
             return Ok(());
         }
         // A store that came into WAL mode must be opened anew: these connections would create side files.
-        if self.access == Access::Immutable || !now.same_file(&seen) || connection::is_in_wal_mode(&self.path) {
+        if self.access == Access::Immutable || !now.same_file(&seen) || connection::is_in_wal_mode(&self.path)? {
             return Err(changed());
         }
         let digest = self.with(|c| stored_digest(c, &self.contract))?;

@@ -32,11 +32,16 @@ fn declaration() -> Declaration {
 
 /// Builds a store of `count` tiles in this program's format.
 fn built(path: &Path, count: u32) -> Reader {
+    built_with(path, count, &Mask::filled(512, 512, true))
+}
+
+/// As `built`; the tiles have pixels where `mask` says so.
+fn built_with(path: &Path, count: u32, mask: &Mask) -> Reader {
     let mut writer = Writer::begin(path, CONTRACT, declaration()).unwrap();
     for tile in tiles(count) {
         let values = vec![tile.column() as u8; 512 * 512 * 3];
         let colour = Colour::from_values(512, 512, values).unwrap();
-        let pixels = MaskedColour { colour, mask: Mask::filled(512, 512, true) };
+        let pixels = MaskedColour { colour, mask: mask.clone() };
         let content = Some(TileContent::encode(tile, &pixels, &[], None).unwrap());
         writer.put(&BuiltTile { tile, inputs_hash: [1; 32], content }).unwrap();
     }
@@ -109,6 +114,23 @@ fn an_older_store_is_read_as_it_is_and_a_build_migrates_it() {
     assert_eq!((migrated.format_version(), migrated.digest()), (FORMAT_VERSION, current.digest()));
     assert_eq!(extension_documents(&old), extension_documents(current.path()));
     assert_eq!(extension_documents(&old), ["overfly migrations/README.md"]);
+}
+
+#[test]
+fn an_older_store_with_a_tile_that_cannot_be_read_is_not_migrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mask = Mask::filled(512, 512, true);
+    (0..200).for_each(|i| mask.set(i, i / 2, false));
+    let current = built_with(&folder.path().join("new.gpkg"), 2, &mask);
+    let old = copied(&current, &folder.path().join("old.gpkg"), OLDEST_READABLE, false);
+    let alter = |sql: &str| rusqlite::Connection::open(&old).unwrap().execute_batch(sql).unwrap();
+    alter("UPDATE ortho SET tile_data = zeroblob(length(tile_data)) WHERE id = 1");
+    let before = Reader::open(&old).unwrap().digest().to_owned();
+    let error = overfly_store::migrate(&old).unwrap_err();
+    assert_eq!(error.code(), "damaged_store", "{error}");
+    assert!(error.to_string().contains("of layer ortho cannot be decoded"), "{error}");
+    let reader = Reader::open(&old).unwrap();
+    assert_eq!((reader.format_version(), reader.digest()), (OLDEST_READABLE, before.as_str()));
 }
 
 #[test]

@@ -75,6 +75,8 @@ fn main() -> ExitCode {
             failures
                 .extend(wrong(&result, most_mb).into_iter().map(|what| format!("{place}, {}: {what}", attack.name())));
             if !result.lives {
+                let log = std::fs::read_to_string(folder.path().join("log")).unwrap_or_default();
+                log.lines().rev().take(3).for_each(|line| println!("  {line}"));
                 attacked = start("log", args.space_mib);
             }
         }
