@@ -24,7 +24,7 @@ impl ToSchema for ProblemCode {
 }
 
 /// Every code word, sorted.
-const CODES: [&str; 111] = [
+const CODES: [&str; 112] = [
     "already_signed",
     "altered_manifest",
     "altered_patch",
@@ -58,6 +58,7 @@ const CODES: [&str; 111] = [
     "internal",
     "io",
     "key_exists",
+    "layer_exists",
     "layer_name",
     "layer_not_stated",
     "memory_too_small",

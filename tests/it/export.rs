@@ -157,6 +157,16 @@ fn frames() -> Vec<(PathBuf, Geodetic, FixRequest)> {
     flight.frames.iter().map(asked).collect()
 }
 
+/// An answer as if it were from the store of another one: only an extract's digest differs.
+fn with_map_of(other: &Answer, answer: Answer) -> Answer {
+    let mut answer = answer;
+    match &mut answer {
+        Answer::Fix(fix) => fix.map.store_digest.clone_from(&other.map().store_digest),
+        Answer::NoFix(none) => none.map.store_digest.clone_from(&other.map().store_digest),
+    }
+    answer
+}
+
 #[test]
 fn searches_inside_the_corridor_answer_as_over_the_full_store_and_outside_say_so() {
     let full = drawn_store();
@@ -175,7 +185,8 @@ fn searches_inside_the_corridor_answer_as_over_the_full_store_and_outside_say_so
         let frame = read_frame(&path).unwrap();
         let answer = locate(&cut, &frame, &request, 2).unwrap();
         if off_m <= 12.0 {
-            assert_eq!(answer, locate(full, &frame, &request, 2).unwrap(), "{}", path.display());
+            let expected = with_map_of(&answer, locate(full, &frame, &request, 2).unwrap());
+            assert_eq!(answer, expected, "{}", path.display());
             inside += 1;
         } else if let Answer::NoFix(none) = &answer
             && none.reason == Reason::OutsideMap

@@ -4,6 +4,7 @@ use super::StoreError;
 use super::terms::Terms;
 use super::versions::PLACES_SINCE;
 use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
+use rusqlite::types::Type;
 use rusqlite::{Connection, Row};
 use serde::Serialize;
 use std::cmp::Ordering;
@@ -77,26 +78,30 @@ pub fn check_stored_name(name: &str) -> Result<(), StoreError> {
 
 /// Reads every layer by name, finished or not.
 pub(super) fn load_all(connection: &Connection, version: u32, path: &Path) -> Result<Vec<Layer>, StoreError> {
-    let fail = |e| StoreError::sqlite(path, e);
+    load_rows(connection, version).map_err(|e| StoreError::sqlite(path, e))
+}
+
+/// As [`load_all`], for those who know no path. A name that no layer can have is content that cannot be converted.
+pub(super) fn load_rows(connection: &Connection, version: u32) -> rusqlite::Result<Vec<Layer>> {
     let terms = if version < PLACES_SINCE { "NULL, NULL" } else { "licence, attribution" };
-    let mut statement = connection
-        .prepare(&format!(
-            "SELECT name, base_zoom, min_zoom, base_tiles, tiles, west_deg, south_deg, east_deg, north_deg, complete,
-                    digest,
-                    (SELECT min(acquired) FROM overfly_sources s WHERE s.layer = l.name),
-                    (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name), {terms}
-             FROM overfly_layers l ORDER BY name",
-        ))
-        .map_err(fail)?;
-    let rows = statement.query_map([], read).map_err(fail)?;
-    let layers = rows.collect::<rusqlite::Result<Vec<_>>>().map_err(fail)?;
-    for layer in &layers {
-        check_stored_name(&layer.name).map_err(|_| StoreError::Damaged {
-            path: path.into(),
-            reason: format!("a layer named {:?}", layer.name),
-        })?;
-    }
+    let mut statement = connection.prepare(&format!(
+        "SELECT name, base_zoom, min_zoom, base_tiles, tiles, west_deg, south_deg, east_deg, north_deg, complete,
+                digest,
+                (SELECT min(acquired) FROM overfly_sources s WHERE s.layer = l.name),
+                (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name), {terms}
+         FROM overfly_layers l ORDER BY name",
+    ))?;
+    let layers = statement.query_map([], read)?.collect::<rusqlite::Result<Vec<_>>>()?;
+    layers.iter().try_for_each(|layer| stored_name(&layer.name))?;
     Ok(layers)
+}
+
+/// [`check_stored_name`] of a name that was read from a store.
+pub(super) fn stored_name(name: &str) -> rusqlite::Result<()> {
+    check_stored_name(name).map_err(|_| {
+        let reason = format!("a layer named {name:?}");
+        rusqlite::Error::FromSqlConversionFailure(0, Type::Text, reason.into())
+    })
 }
 
 fn read(row: &Row<'_>) -> rusqlite::Result<Layer> {

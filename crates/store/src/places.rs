@@ -8,7 +8,6 @@ use super::versions::PLACES_SINCE;
 use super::{content, imagery, layer};
 use rusqlite::types::Type;
 use rusqlite::{Connection, OptionalExtension, params};
-use std::path::Path;
 
 /// Footprints that are read at once.
 const CHUNK: usize = 4096;
@@ -29,7 +28,7 @@ pub(super) fn fill(connection: &Connection) -> rusqlite::Result<()> {
             )?;
         }
     }
-    let layers = layer::load_all(connection, PLACES_SINCE, Path::new("")).map_err(|_| rusqlite::Error::InvalidQuery)?;
+    let layers = layer::load_rows(connection, PLACES_SINCE)?;
     for layer in layers.iter().filter(|layer| layer.complete) {
         let sources = source::load(connection, &layer.name, SourceTable::Finished, PLACES_SINCE)?;
         let digest = digest::layer_digest(connection, &LayerHashed::from(layer), PLACES_SINCE, &sources)?;
@@ -58,7 +57,7 @@ fn outline(
     layer: &str,
     footprint: &Footprint,
 ) -> rusqlite::Result<Option<overfly_core::pixels::MaskOutline>> {
-    layer::check_stored_name(layer).map_err(|_| rusqlite::Error::InvalidQuery)?;
+    layer::stored_name(layer)?;
     let tile = footprint.tile;
     let sql = format!("SELECT tile_data FROM \"{layer}\" WHERE zoom_level = ?1 AND tile_column = ?2 AND tile_row = ?3");
     let key = params![tile.zoom(), tile.column(), tile.row()];

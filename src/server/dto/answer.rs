@@ -3,7 +3,7 @@
 use super::hint::HintJson;
 use super::stable_word::stable_word;
 use overfly_core::geodesy::Geodetic;
-use overfly_flight::locate::{Answer, Fix, Hints, NoFix, PositionOf, Reason, SearchedMap};
+use overfly_flight::locate::{Answer, Fix, Hints, NoFix, PositionOf, Reason};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -40,22 +40,6 @@ pub(crate) struct PointJson {
     latitude_deg: f64,
     /// Degrees east.
     longitude_deg: f64,
-}
-
-/// The map that an answer is from, and what else was searched for it.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = SearchedMap)]
-pub(crate) struct SearchedMapJson {
-    /// The layer that the answer is from: that of the fix, or, of several layers without a fix, the one that came nearest to one.
-    layer: String,
-    /// Newest acquisition date of the sources of that layer, if known.
-    layer_date: Option<String>,
-    /// Digest of the store, hexadecimal.
-    store_digest: String,
-    /// The layers that were searched, in this order. One, unless the request asks for `any`.
-    layers_searched: Vec<String>,
-    /// Number of layers that might have been searched: `log10_false_alarms` counts all of them.
-    layers_charged: usize,
 }
 
 /// Where the camera was.
@@ -108,8 +92,16 @@ pub(crate) struct FixJson {
     map_error_known: bool,
     /// Newest acquisition date of the map there, if known.
     map_epoch: Option<String>,
-    #[serde(flatten)]
-    map: SearchedMapJson,
+    /// The layer that the answer is from: that of the fix, or, of several layers without a fix, the one that came nearest to one.
+    layer: String,
+    /// Newest acquisition date of the sources of that layer, if known.
+    layer_date: Option<String>,
+    /// Digest of the store, hexadecimal.
+    store_digest: String,
+    /// The layers that were searched, in this order. One, unless the request asks for `any`.
+    layers_searched: Vec<String>,
+    /// Number of layers that might have been searched: `log10_false_alarms` counts all of them.
+    layers_charged: usize,
     /// The image time of the request.
     time_s: Option<f64>,
     /// Time from the decoded frame to this answer, milliseconds.
@@ -146,8 +138,16 @@ pub(crate) struct NoFixJson {
     tiles_searched: usize,
     /// The paper's count for this search.
     nominal_count: f64,
-    #[serde(flatten)]
-    map: SearchedMapJson,
+    /// The layer that the answer is from: that of the fix, or, of several layers without a fix, the one that came nearest to one.
+    layer: String,
+    /// Newest acquisition date of the sources of that layer, if known.
+    layer_date: Option<String>,
+    /// Digest of the store, hexadecimal.
+    store_digest: String,
+    /// The layers that were searched, in this order. One, unless the request asks for `any`.
+    layers_searched: Vec<String>,
+    /// Number of layers that might have been searched: `log10_false_alarms` counts all of them.
+    layers_charged: usize,
     /// The image time of the request.
     time_s: Option<f64>,
     /// Time from the decoded frame to this answer, milliseconds, without the search for hints.
@@ -225,18 +225,6 @@ impl From<Geodetic> for PointJson {
     }
 }
 
-impl From<SearchedMap> for SearchedMapJson {
-    fn from(map: SearchedMap) -> Self {
-        Self {
-            layer: map.layer,
-            layer_date: map.layer_date,
-            store_digest: map.store_digest,
-            layers_searched: map.layers_searched,
-            layers_charged: map.layers_charged,
-        }
-    }
-}
-
 impl FixJson {
     fn new(fix: Fix, elapsed_ms: f64) -> Self {
         Self {
@@ -261,7 +249,11 @@ impl FixJson {
             map_error_m: fix.map_error_m,
             map_error_known: fix.map_error_known,
             map_epoch: fix.map_epoch,
-            map: fix.map.into(),
+            layer: fix.map.layer,
+            layer_date: fix.map.layer_date,
+            store_digest: fix.map.store_digest,
+            layers_searched: fix.map.layers_searched,
+            layers_charged: fix.map.layers_charged,
             time_s: fix.time_s,
             elapsed_ms,
         }
@@ -278,7 +270,11 @@ impl NoFixJson {
             log10_false_alarms: no_fix.log10_false_alarms,
             tiles_searched: no_fix.tiles_searched,
             nominal_count: no_fix.nominal_count,
-            map: no_fix.map.into(),
+            layer: no_fix.map.layer,
+            layer_date: no_fix.map.layer_date,
+            store_digest: no_fix.map.store_digest,
+            layers_searched: no_fix.map.layers_searched,
+            layers_charged: no_fix.map.layers_charged,
             time_s: no_fix.time_s,
             elapsed_ms,
             hints: None,
