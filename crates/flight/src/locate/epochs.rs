@@ -2,9 +2,8 @@
 
 use super::answer::{Answer, Fix, NoFix, Reason, SearchedMap};
 use super::candidates::{CandidatesError, default_layer};
-use super::search_context::SearchContext;
-use super::verify::{AMBIGUOUS_LOG10_FALSE_ALARMS, Verdict};
-use overfly_core::geodesy::{Geodetic, LocalFrame};
+use super::verify::AMBIGUOUS_LOG10_FALSE_ALARMS;
+use super::weighed_place::WeighedPlace;
 use overfly_store::{ANY_LAYER, Layer, Reader, StoreError};
 
 /// Places nearer than this are one, metres: the maps of two epochs may be shifted against each other. Three standard deviations of two
@@ -16,41 +15,16 @@ pub struct LayerAnswer<T> {
     /// The answer.
     pub answer: Answer,
     /// The best place of the layer, where one was verified.
-    pub place: Option<BestPlace>,
+    pub place: Option<WeighedPlace>,
     /// What the caller wants beside the answer.
     pub more: T,
 }
 
-/// The best place of a layer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BestPlace {
-    layer: String,
-    nadir: Geodetic,
-    /// log10 of the false alarms expected in that layer alone.
-    log10_false_alarms: f64,
-}
-
-impl BestPlace {
-    /// Returns the best place of a verdict; `None` where there is none on the map.
-    pub fn new(verdict: &Verdict, context: &SearchContext<'_>) -> Option<Self> {
-        let best = verdict.places.first()?;
-        let pose = best.refined.pose;
-        let nadir = pose.nadir.to_geodetic(pose.zoom).ok()?;
-        let log10_false_alarms = best.log10_false_alarms - (context.layers as f64).log10();
-        Some(Self { layer: context.layer.name.clone(), nadir, log10_false_alarms })
-    }
-
-    fn distance_m(&self, other: &Self) -> f64 {
-        let offset = LocalFrame::at(self.nadir).enu_from_geodetic(other.nadir);
-        offset.east_m.hypot(offset.north_m)
-    }
-}
-
 /// Returns the answer of a layer beside the best places of newer layers. A fix is ambiguous where a newer layer has another place with
 /// as much evidence as would make it ambiguous within one layer.
-pub fn beside_newer(answer: Answer, place: Option<&BestPlace>, newer: &[BestPlace]) -> Answer {
+pub fn beside_newer(answer: Answer, place: Option<&WeighedPlace>, newer: &[WeighedPlace]) -> Answer {
     let (Answer::Fix(fix), Some(place)) = (&answer, place) else { return answer };
-    let is_rival = |other: &&BestPlace| {
+    let is_rival = |other: &&WeighedPlace| {
         other.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS && other.distance_m(place) > SAME_PLACE_M
     };
     let Some(rival) = newer.iter().find(is_rival) else { return answer };
@@ -158,7 +132,7 @@ pub fn nearest<T>(answers: Vec<(Answer, T)>) -> (Answer, T) {
 mod tests {
     use super::super::answer::PositionOf;
     use super::*;
-    use overfly_core::geodesy::Heading;
+    use overfly_core::geodesy::{Geodetic, Heading};
 
     fn no_fix(layer: &str, reason: Reason, log10_false_alarms: Option<f64>) -> (Answer, ()) {
         let map = SearchedMap { layer: layer.into(), layers_charged: 3, ..SearchedMap::default() };
@@ -210,13 +184,17 @@ mod tests {
 
     #[test]
     fn a_fix_beside_another_place_of_a_newer_layer_is_ambiguous() {
-        let place = |longitude_deg: f64, log10_false_alarms: f64| BestPlace {
+        let place = |longitude_deg: f64, log10_false_alarms: f64| WeighedPlace {
             layer: "new".into(),
             nadir: Geodetic::from_degrees(48.0, longitude_deg).unwrap(),
             log10_false_alarms,
+            false_fix_probability: 1.0,
+            rivals: None,
+            least_t_score: None,
+            blocks: None,
         };
         // 0.001 degrees are 75 m there.
-        let beside = |newer: &[BestPlace]| beside_newer(fix(), Some(&place(15.0, -20.0)), newer);
+        let beside = |newer: &[WeighedPlace]| beside_newer(fix(), Some(&place(15.0, -20.0)), newer);
         let Answer::NoFix(none) = beside(&[place(15.001, -4.0)]) else { panic!("a fix") };
         assert!(none.reason == Reason::Ambiguous && none.detail.contains("75 m away"), "{none:?}");
         for newer in [vec![], vec![place(15.001, -2.0)], vec![place(15.0001, -9.0)]] {

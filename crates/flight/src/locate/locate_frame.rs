@@ -4,7 +4,7 @@ use super::answer::Answer;
 use super::answering::{SearchSize, answer, no_fix};
 use super::cancellation::CancellationToken;
 use super::coarse_peaks::CoarsePeaks;
-use super::epochs::{BestPlace, LayerAnswer, beside_newer, nearest, searched_layers};
+use super::epochs::{LayerAnswer, beside_newer, nearest, searched_layers};
 use super::error::LocateError;
 use super::map::Map;
 use super::prepare::PreparedFrame;
@@ -136,10 +136,8 @@ pub fn locate_weighed(
     request.check()?;
     let search = |context: &SearchContext<'_>| {
         let registration = register(context, frame)?;
-        let verdict = registration.search.as_ref().and_then(|(_, search)| search.verdict.as_ref());
-        let more = verdict.and_then(|v| v.places.first()).and_then(WeighedPlace::new);
         let place = registration.best_place(context);
-        Ok(LayerAnswer { answer: registration.answer, place, more })
+        Ok(LayerAnswer { answer: registration.answer, more: place.clone(), place })
     };
     over_layers(store, request, threads, &CancellationToken::new(), &search)
 }
@@ -152,8 +150,8 @@ struct Registration<'a> {
 }
 
 impl Registration<'_> {
-    fn best_place(&self, context: &SearchContext<'_>) -> Option<BestPlace> {
-        BestPlace::new(self.search.as_ref()?.1.verdict.as_ref()?, context)
+    fn best_place(&self, context: &SearchContext<'_>) -> Option<WeighedPlace> {
+        WeighedPlace::new(self.search.as_ref()?.1.verdict.as_ref()?, context)
     }
 }
 

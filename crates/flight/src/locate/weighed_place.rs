@@ -1,13 +1,18 @@
 //! `WeighedPlace`: the best place of a registration and the evidence for it, accepted or not.
 
-use super::verify::VerifiedPlace;
-use overfly_core::geodesy::Geodetic;
+use super::search_context::SearchContext;
+use super::verify::Verdict;
+use overfly_core::geodesy::{Geodetic, LocalFrame};
 
 /// The best place of a registration and the evidence for it, accepted or not.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct WeighedPlace {
+    /// The layer that it lies in.
+    pub layer: String,
     /// Where the camera would be, before its attitude is fitted.
     pub nadir: Geodetic,
+    /// log10 of the false alarms expected in that layer alone.
+    pub log10_false_alarms: f64,
     /// The probability that the place is wrong, as a fix there states it.
     pub false_fix_probability: f64,
     /// Rivals that it was compared with, up to the first that makes it ambiguous; `None` where something else spoke against it.
@@ -19,16 +24,24 @@ pub struct WeighedPlace {
 }
 
 impl WeighedPlace {
-    /// The evidence of a verified place; `None` beyond the tile matrix.
-    pub(super) fn new(place: &VerifiedPlace) -> Option<Self> {
+    /// The best place of a verdict; `None` where there is none on the map.
+    pub(super) fn new(verdict: &Verdict, context: &SearchContext<'_>) -> Option<Self> {
+        let place = verdict.places.first()?;
         let pose = place.refined.pose;
         let strongest = place.rivals.and_then(|report| report.strongest).map(|rival| rival.difference);
         Some(Self {
+            layer: context.layer.name.clone(),
             nadir: pose.nadir.to_geodetic(pose.zoom).ok()?,
+            log10_false_alarms: place.log10_false_alarms - (context.layers as f64).log10(),
             false_fix_probability: place.false_fix_probability(),
             rivals: place.rivals.map(|report| report.count),
             least_t_score: strongest.map(|difference| difference.t_score()),
             blocks: strongest.map(|difference| difference.blocks),
         })
+    }
+
+    /// Distance from another place, metres.
+    pub(super) fn distance_m(&self, other: &Self) -> f64 {
+        LocalFrame::at(self.nadir).enu_from_geodetic(other.nadir).length_m()
     }
 }

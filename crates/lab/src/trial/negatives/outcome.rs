@@ -91,7 +91,7 @@ impl NegativeOutcome {
 
     /// Distance of the best place, accepted or not, from the true one, metres; `None` where either is missing.
     pub fn best_error_m(&self) -> Option<f64> {
-        let best = self.search.as_ref()?.best?;
+        let best = self.search.as_ref()?.best.as_ref()?;
         Some(LocalFrame::at(self.place?.truth).enu_from_geodetic(best.nadir).length_m())
     }
 

@@ -58,7 +58,7 @@ pub fn probability_bins(outcomes: &[&NegativeOutcome]) -> Vec<ProbabilityBin> {
 
 /// What the best place of a search states, and whether it is wrong.
 fn stated(outcome: &NegativeOutcome) -> Option<(f64, bool)> {
-    let best = outcome.search.as_ref()?.best.filter(|best| best.rivals.is_some())?;
+    let best = outcome.search.as_ref()?.best.as_ref().filter(|best| best.rivals.is_some())?;
     let place = outcome.place.filter(|_| outcome.kind.is_repeating())?;
     Some((best.false_fix_probability, outcome.best_error_m()? > place.right_m))
 }
@@ -78,8 +78,15 @@ mod tests {
         let search = made.search.as_mut().unwrap();
         let truth = search.prior;
         let nadir = LocalFrame::at(truth).geodetic_from_enu(Enu { east_m: error_m, north_m: 0.0 }).unwrap();
-        search.best =
-            Some(WeighedPlace { nadir, false_fix_probability: probability, rivals, least_t_score: None, blocks: None });
+        search.best = Some(WeighedPlace {
+            layer: "ortho".into(),
+            nadir,
+            log10_false_alarms: -9.0,
+            false_fix_probability: probability,
+            rivals,
+            least_t_score: None,
+            blocks: None,
+        });
         made.place = Some(TruePlace { truth, right_m: 15.0 });
         made
     }

@@ -66,10 +66,10 @@ impl<'a> NegativeRow<'a> {
             log10_false_alarms: o.log10_false_alarms().map(Decimals),
             false_fix_probability: probability,
             best_error_m: o.best_error_m().map(Decimals),
-            best_false_probability: search.best.map(|best| Shortest(best.false_fix_probability)),
-            rivals: search.best.and_then(|best| best.rivals),
-            least_t_score: search.best.and_then(|best| best.least_t_score).map(Decimals),
-            blocks: search.best.and_then(|best| best.blocks),
+            best_false_probability: search.best.as_ref().map(|best| Shortest(best.false_fix_probability)),
+            rivals: search.best.as_ref().and_then(|best| best.rivals),
+            least_t_score: search.best.as_ref().and_then(|best| best.least_t_score).map(Decimals),
+            blocks: search.best.as_ref().and_then(|best| best.blocks),
             elapsed_ms: Some(Decimals(search.elapsed_ms)),
             ..skipped
         }
