@@ -106,7 +106,7 @@ impl Default for Limits {
             image_edge_px: 20_000,
             image_px: 64_000_000,
             uploads: 8,
-            uploads_bytes: 4 * (48 << 20),
+            uploads_bytes: 3 * (48 << 20),
             registrations: 2,
             questions: 4 * cores,
             threads: cores,
