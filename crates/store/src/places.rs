@@ -1,5 +1,6 @@
 //! The part of the migration to format 6 that SQL cannot do: hashes and outlines of the footprints there are, digests of layers.
 
+use super::content::StoredChild;
 use super::digest::{self, LayerHashed};
 use super::footprint::Footprint;
 use super::footprint_rows;
@@ -7,7 +8,7 @@ use super::source::{self, SourceTable};
 use super::versions::PLACES_SINCE;
 use super::{content, imagery, layer};
 use rusqlite::types::Type;
-use rusqlite::{Connection, OptionalExtension, params};
+use rusqlite::{Connection, params};
 
 /// Footprints that are read at once.
 const CHUNK: usize = 4096;
@@ -50,8 +51,8 @@ fn chunk_after(connection: &Connection, last: i64) -> rusqlite::Result<Vec<(i64,
     rows.collect()
 }
 
-/// The outline of a tile that is not wholly valid. A tile that cannot be decoded ends the migration: without its outline, a tile that
-/// was misread once would get a hash that is right for ever.
+/// The outline of a tile that is not wholly valid. A tile that does not have its stated hash ends the migration: from a tile that was
+/// misread once, a footprint would get an outline whose hash is right for ever.
 fn outline(
     connection: &Connection,
     layer: &str,
@@ -59,11 +60,12 @@ fn outline(
 ) -> rusqlite::Result<Option<overfly_core::pixels::MaskOutline>> {
     layer::stored_name(layer)?;
     let tile = footprint.tile;
-    let sql = format!("SELECT tile_data FROM \"{layer}\" WHERE zoom_level = ?1 AND tile_column = ?2 AND tile_row = ?3");
-    let key = params![tile.zoom(), tile.column(), tile.row()];
-    let image: Option<Vec<u8>> = connection.prepare_cached(&sql)?.query_row(key, |row| row.get(0)).optional()?;
-    let pixels = image.and_then(|bytes| imagery::decode(&bytes).ok()).ok_or_else(|| {
-        let reason = format!("tile {tile} of layer {layer} cannot be decoded");
+    let pixels = match content::placed_child(connection, layer, tile)? {
+        Some(StoredChild::Proved(child)) => imagery::decode(&child.image).ok(),
+        _ => None,
+    };
+    let pixels = pixels.ok_or_else(|| {
+        let reason = format!("tile {tile} of layer {layer} is damaged");
         rusqlite::Error::FromSqlConversionFailure(0, Type::Blob, reason.into())
     })?;
     Ok(content::outline_of(&pixels.mask))

@@ -117,20 +117,25 @@ fn an_older_store_is_read_as_it_is_and_a_build_migrates_it() {
 }
 
 #[test]
-fn an_older_store_with_a_tile_that_cannot_be_read_is_not_migrated() {
+fn an_older_store_with_a_damaged_tile_is_not_migrated() {
     let folder = tempfile::tempdir().unwrap();
     let mut mask = Mask::filled(512, 512, true);
     (0..200).for_each(|i| mask.set(i, i / 2, false));
     let current = built_with(&folder.path().join("new.gpkg"), 2, &mask);
-    let old = copied(&current, &folder.path().join("old.gpkg"), OLDEST_READABLE, false);
-    let alter = |sql: &str| rusqlite::Connection::open(&old).unwrap().execute_batch(sql).unwrap();
-    alter("UPDATE ortho SET tile_data = zeroblob(length(tile_data)) WHERE id = 1");
-    let before = Reader::open(&old).unwrap().digest().to_owned();
-    let error = overfly_store::migrate(&old).unwrap_err();
-    assert_eq!(error.code(), "damaged_store", "{error}");
-    assert!(error.to_string().contains("of layer ortho cannot be decoded"), "{error}");
-    let reader = Reader::open(&old).unwrap();
-    assert_eq!((reader.format_version(), reader.digest()), (OLDEST_READABLE, before.as_str()));
+    // Bytes that no decoder takes, and those of another tile, which decode.
+    for damage in ["zeroblob(length(tile_data))", "(SELECT tile_data FROM ortho WHERE id = 2)"] {
+        let old = folder.path().join("old.gpkg");
+        let _ = std::fs::remove_file(&old);
+        let old = copied(&current, &old, OLDEST_READABLE, false);
+        let alter = |sql: &str| rusqlite::Connection::open(&old).unwrap().execute_batch(sql).unwrap();
+        alter(&format!("UPDATE ortho SET tile_data = {damage} WHERE id = 1"));
+        let before = Reader::open(&old).unwrap().digest().to_owned();
+        let error = overfly_store::migrate(&old).unwrap_err();
+        assert_eq!(error.code(), "damaged_store", "{damage}: {error}");
+        assert!(error.to_string().contains("of layer ortho is damaged"), "{damage}: {error}");
+        let reader = Reader::open(&old).unwrap();
+        assert_eq!((reader.format_version(), reader.digest()), (OLDEST_READABLE, before.as_str()), "{damage}");
+    }
 }
 
 #[test]
