@@ -182,6 +182,21 @@ fn onboard_only_what_the_key_signed_takes_the_place_of_the_store() {
 }
 
 #[test]
+fn a_store_that_is_copied_over_with_an_equal_change_counter_has_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.gpkg");
+    std::fs::rename(made(&path, "ortho", 1), &path).unwrap();
+    let reader = Reader::open(&path).unwrap();
+    let new = std::fs::read(made(&path, "ortho", 2)).unwrap();
+    let change_counter = |bytes: &[u8]| bytes[24..28].to_vec();
+    assert_eq!(change_counter(&std::fs::read(&path).unwrap()), change_counter(&new), "SQLite sees no change");
+    std::thread::sleep(Duration::from_millis(20));
+    let mut file = std::fs::File::options().write(true).open(&path).unwrap();
+    file.write_all(&new).unwrap();
+    assert_eq!(reader.check_unchanged().unwrap_err().code(), "store_changed");
+}
+
+#[test]
 fn a_store_that_is_copied_over_is_opened_only_when_all_of_it_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.gpkg");
