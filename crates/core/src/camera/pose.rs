@@ -48,6 +48,8 @@ pub struct Camera {
     tilt_rad: [f64; 2],
     /// Rows: the camera's right, down and forward axes in the aircraft's level axes (right, ahead, up).
     camera_from_body: Matrix3<f64>,
+    /// Where ground offsets count from, itself an offset from the nadir: zero but for [`Camera::tilted_about_image_centre`].
+    origin: BodyOffset,
 }
 
 impl Camera {
@@ -67,6 +69,7 @@ impl Camera {
                     height_agl_m: 1.0,
                     tilt_rad: [0.0; 2],
                     camera_from_body: camera_from_body(0.0, 0.0),
+                    origin: BodyOffset::default(),
                 })
             }
             View::Posed { intrinsics, height_agl_m, attitude } => {
@@ -86,6 +89,7 @@ impl Camera {
                     height_agl_m: *height_agl_m,
                     tilt_rad: [pitch_rad, roll_rad],
                     camera_from_body: camera_from_body(pitch_rad, roll_rad),
+                    origin: BodyOffset::default(),
                 })
             }
         }
@@ -93,7 +97,22 @@ impl Camera {
 
     /// The same camera at a height multiplied by `ratio`.
     pub fn at_height_ratio(&self, ratio: f64) -> Self {
-        Self { height_agl_m: self.height_agl_m * ratio, ..self.clone() }
+        let BodyOffset { right_m, ahead_m } = self.origin;
+        let origin = BodyOffset { right_m: right_m * ratio, ahead_m: ahead_m * ratio };
+        Self { height_agl_m: self.height_agl_m * ratio, origin, ..self.clone() }
+    }
+
+    /// The same camera with more pitch and roll, radians, turned about the ground point in the middle of its image: that point keeps its
+    /// offset, so ground offsets count from where the nadir was, not from where it is. `None` where it sees the horizon.
+    pub fn tilted_about_image_centre(&self, [pitch_rad, roll_rad]: [f64; 2]) -> Option<Self> {
+        let tilt_rad = [self.tilt_rad[0] + pitch_rad, self.tilt_rad[1] + roll_rad];
+        let tilted = Self { tilt_rad, camera_from_body: camera_from_body(tilt_rad[0], tilt_rad[1]), ..self.clone() };
+        let (before, after) = (self.image_centre_in_body()?, tilted.image_centre_in_body()?);
+        let origin = BodyOffset {
+            right_m: self.origin.right_m + after.right_m - before.right_m,
+            ahead_m: self.origin.ahead_m + after.ahead_m - before.ahead_m,
+        };
+        Some(Self { origin, ..tilted })
     }
 
     /// The same camera for the frame resized to another number of pixels.
@@ -126,7 +145,8 @@ impl Camera {
     /// The frame position, pixels, of a ground point given by its offset from the nadir; `None` behind the camera or
     /// outside the lens model.
     pub fn frame_from_body(&self, ground: BodyOffset) -> Option<[f64; 2]> {
-        let p = self.camera_from_body * Vector3::new(ground.right_m, ground.ahead_m, -self.height_agl_m);
+        let (right_m, ahead_m) = (ground.right_m + self.origin.right_m, ground.ahead_m + self.origin.ahead_m);
+        let p = self.camera_from_body * Vector3::new(right_m, ahead_m, -self.height_agl_m);
         (p.z > 1e-9 * self.height_agl_m).then(|| self.intrinsics.frame_from_ray([p.x / p.z, p.y / p.z])).flatten()
     }
 
@@ -135,8 +155,8 @@ impl Camera {
         let [x, y] = self.intrinsics.ray_from_frame(pixel);
         let ray = self.camera_from_body.transpose() * Vector3::new(x, y, 1.0);
         (ray.z < -1e-6).then(|| BodyOffset {
-            right_m: -ray.x / ray.z * self.height_agl_m,
-            ahead_m: -ray.y / ray.z * self.height_agl_m,
+            right_m: -ray.x / ray.z * self.height_agl_m - self.origin.right_m,
+            ahead_m: -ray.y / ray.z * self.height_agl_m - self.origin.ahead_m,
         })
     }
 
@@ -266,6 +286,23 @@ mod tests {
         // Straight down the height: pitch moves the middle ahead, roll to the left.
         let level = posed(0.0, 0.0).body_per_tilt([200.0, 150.0]).unwrap();
         assert!((level - Matrix2::new(0.0, -1000.0, 1000.0, 0.0)).norm() < 1e-9);
+    }
+
+    #[test]
+    fn tilted_about_its_image_centre_a_camera_is_the_other_one_from_elsewhere() {
+        let other = posed(10.0, -6.0).at_height_ratio(1.1);
+        let tilted = posed(7.0, -4.0).tilted_about_image_centre([3f64.to_radians(), -2f64.to_radians()]).unwrap();
+        let tilted = tilted.at_height_ratio(1.1);
+        let stated = posed(7.0, -4.0).at_height_ratio(1.1).image_centre_in_body().unwrap();
+        let centre = tilted.image_centre_in_body().unwrap();
+        assert!((centre.right_m - stated.right_m).hypot(centre.ahead_m - stated.ahead_m) < 1e-9);
+        let own = other.image_centre_in_body().unwrap();
+        for pixel in [[10.0, 20.0], [390.0, 280.0]] {
+            let (a, b) = (tilted.body_from_frame(pixel).unwrap(), other.body_from_frame(pixel).unwrap());
+            assert!((a.right_m - centre.right_m - b.right_m + own.right_m).abs() < 1e-9);
+            let back = tilted.frame_from_body(a).unwrap();
+            assert!((back[0] - pixel[0]).hypot(back[1] - pixel[1]) < 1e-9);
+        }
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! Coarse: [`coarse::CoarseMap`] correlates a whole view with a whole region by FFT. Fine: [`windows::match_windows`] finds
 //! where small windows of the view lie, [`window_fit::fit_windows`] the similarity that most of them agree on, and
-//! [`a_contrario`] the number of false alarms of such a consensus. [`relative`] registers two frames of a flight. Both fit
+//! [`a_contrario`] the number of false alarms of such a consensus; [`soft_vote::soft_vote`] elects the similarity where no window is
+//! found alone. [`relative`] registers two frames of a flight. Both fit
 //! their similarity with [`robust::estimate`]. [`stationary`] finds what stands still in the images of a flight,
 //! [`seam`] the line across a view on whose sides two places agree, [`smear`] whether a view is blurred along one direction.
 
@@ -21,6 +22,7 @@ pub mod seam;
 pub mod self_similarity;
 pub mod similarity;
 pub mod smear;
+pub mod soft_vote;
 pub mod stationary;
 pub mod view_statistic;
 pub mod wide;

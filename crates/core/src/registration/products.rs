@@ -72,7 +72,7 @@ fn rows<'a>(
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod avx2 {
-    use super::{BoxCorner, Structure, channels_plain, rows};
+    use super::{BoxCorner, Structure, rows};
     use std::arch::x86_64::*;
 
     #[target_feature(enable = "avx2")]
@@ -84,36 +84,50 @@ mod avx2 {
         size_px: [usize; 2],
     ) -> i32 {
         let mut sums = _mm256_setzero_si256();
-        let mut rest = 0;
         for (f, m) in rows(view, at, map, on, size_px) {
-            let (eight, left) = row(f, m);
-            sums = _mm256_add_epi32(sums, eight);
-            rest += left;
+            sums = _mm256_add_epi32(sums, row(f, m));
         }
-        total(sums) + rest
+        total(sums)
     }
 
     #[target_feature(enable = "avx2")]
     pub fn channels(f: &[[i8; 4]], m: &[[i8; 4]]) -> i32 {
-        let (eight, left) = row(f, m);
-        total(eight) + left
+        total(row(f, m))
     }
 
-    /// Eight partial sums, and the sum over the last pixels that do not fill a register.
+    /// Eight partial sums.
     #[target_feature(enable = "avx2")]
-    fn row(f: &[[i8; 4]], m: &[[i8; 4]]) -> (__m256i, i32) {
-        let ones = _mm256_set1_epi16(1);
+    fn row(f: &[[i8; 4]], m: &[[i8; 4]]) -> __m256i {
         let mut sums = _mm256_setzero_si256();
         let (f8, m8) = (f.chunks_exact(8), m.chunks_exact(8));
-        let left = channels_plain(f8.remainder(), m8.remainder());
+        let (f_rest, m_rest) = (f8.remainder(), m8.remainder());
         for (f, m) in f8.zip(m8) {
             // SAFETY: eight pixels are 32 bytes; unaligned loads.
             let (f, m) = unsafe { (_mm256_loadu_si256(f.as_ptr().cast()), _mm256_loadu_si256(m.as_ptr().cast())) };
-            // |f| times m with f's sign: no byte is -128, so two products of at most 127^2 fit 16 bits.
-            let pairs = _mm256_maddubs_epi16(_mm256_abs_epi8(f), _mm256_sign_epi8(m, f));
-            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(pairs, ones));
+            sums = _mm256_add_epi32(sums, products(f, m));
         }
-        (sums, left)
+        let rest = f_rest.len().min(m_rest.len());
+        if rest > 0 {
+            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let mask = _mm256_cmpgt_epi32(_mm256_set1_epi32(rest as i32), lanes);
+            // SAFETY: a pixel is a lane of 32 bits, and only the lanes of the `rest` pixels that both slices have are read.
+            let (f, m) = unsafe {
+                (
+                    _mm256_maskload_epi32(f_rest.as_ptr().cast(), mask),
+                    _mm256_maskload_epi32(m_rest.as_ptr().cast(), mask),
+                )
+            };
+            sums = _mm256_add_epi32(sums, products(f, m));
+        }
+        sums
+    }
+
+    /// The sum of products of each of eight pixels.
+    #[target_feature(enable = "avx2")]
+    fn products(f: __m256i, m: __m256i) -> __m256i {
+        // |f| times m with f's sign: no byte is -128, so two products of at most 127^2 fit 16 bits.
+        let pairs = _mm256_maddubs_epi16(_mm256_abs_epi8(f), _mm256_sign_epi8(m, f));
+        _mm256_madd_epi16(pairs, _mm256_set1_epi16(1))
     }
 
     #[target_feature(enable = "avx2")]

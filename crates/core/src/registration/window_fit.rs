@@ -5,7 +5,8 @@
 //! of the scale and a rotation r, positive clockwise as seen.
 
 use super::robust::{
-    Ending, EstimatorOptions, HypothesisMethod, Observations, Prior, Score, SearchReport, design, estimate,
+    Ending, EstimatorOptions, HypothesisMethod, Observations, Prior, RobustFit, Score, SearchReport, design, estimate,
+    refine,
 };
 use super::similarity::Similarity;
 use super::windows::WindowMatch;
@@ -28,6 +29,16 @@ pub struct WindowFit {
 }
 
 impl WindowFit {
+    fn new(fit: RobustFit, search: SearchReport) -> Self {
+        let covariance = if fit.unit_variance.is_finite() {
+            fit.cofactor * fit.unit_variance
+        } else {
+            Matrix4::identity() * f64::INFINITY
+        };
+        let map_from_view = Similarity { c: 1.0 + fit.model.c, ..fit.model };
+        Self { map_from_view, covariance, inliers: fit.inliers, rms_px: fit.rms_px, search }
+    }
+
     /// Covariance of the place on the map of a point of the view, px^2: what shift, growth and turn add up to `offset_px` from the
     /// pivot.
     pub fn covariance_at(&self, offset_px: Vector2<f64>) -> Matrix2<f64> {
@@ -60,7 +71,27 @@ const PRIOR_SHARE: f64 = 0.5;
 /// `None` with fewer than two windows.
 pub fn fit_windows(matches: &[WindowMatch], pivot_px: [f64; 2], options: &WindowFitOptions) -> Option<WindowFit> {
     let observations = Displacements { matches, pivot_px: Vector2::from(pivot_px), options };
-    let options = EstimatorOptions {
+    // Nothing is drawn: the seed has no effect.
+    let (fit, search) = estimate(&observations, &estimator_options(options), 1)?;
+    Some(WindowFit::new(fit, search))
+}
+
+/// As [`fit_windows`], about a given correction instead of the largest consensus.
+pub fn fit_windows_about(
+    start: &Similarity,
+    matches: &[WindowMatch],
+    pivot_px: [f64; 2],
+    options: &WindowFitOptions,
+) -> Option<WindowFit> {
+    let observations = Displacements { matches, pivot_px: Vector2::from(pivot_px), options };
+    let start = Similarity { c: start.c - 1.0, ..*start };
+    let fit = refine(&observations, &start, &estimator_options(options))?;
+    let search = SearchReport { method: HypothesisMethod::AllPairs, trials: 0, inliers: fit.inliers.len(), seed: 1 };
+    Some(WindowFit::new(fit, search))
+}
+
+fn estimator_options(options: &WindowFitOptions) -> EstimatorOptions {
+    EstimatorOptions {
         method: HypothesisMethod::AllPairs,
         tolerance_px: options.tolerance_px,
         min_base_px: 0.0,
@@ -69,16 +100,7 @@ pub fn fit_windows(matches: &[WindowMatch], pivot_px: [f64; 2], options: &Window
         ending: Ending::Selection,
         pivot_px: Some(Vector2::zeros()),
         prior: Some(Prior { sigma_c: options.max_growth * PRIOR_SHARE, sigma_s: options.max_turn_rad * PRIOR_SHARE }),
-    };
-    // Nothing is drawn: the seed has no effect.
-    let (fit, search) = estimate(&observations, &options, 1)?;
-    let covariance = if fit.unit_variance.is_finite() {
-        fit.cofactor * fit.unit_variance
-    } else {
-        Matrix4::identity() * f64::INFINITY
-    };
-    let map_from_view = Similarity { c: 1.0 + fit.model.c, ..fit.model };
-    Some(WindowFit { map_from_view, covariance, inliers: fit.inliers, rms_px: fit.rms_px, search })
+    }
 }
 
 /// The windows' displacements as a function of their place: points in px from the pivot, models that differ from

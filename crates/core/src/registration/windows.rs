@@ -33,6 +33,18 @@ pub struct WindowMatch {
     pub on_rim: bool,
 }
 
+impl WindowMatch {
+    fn new(centre_px: [f64; 2], peak: &SubpixelPeak, radius_px: usize) -> Self {
+        Self {
+            centre_px,
+            displacement_px: peak.position - Vector2::repeat(radius_px as f64),
+            peak: peak.value,
+            information: peak.information,
+            on_rim: peak.on_rim,
+        }
+    }
+}
+
 /// Windows with less mean energy than this are left out.
 const LEAST_ENERGY: f64 = 0.06;
 /// Least information of any direction, as a share of the largest.
@@ -58,6 +70,26 @@ pub struct WindowSurface {
     pub centre_px: [f64; 2],
     /// Normalised correlation at each displacement, in their order.
     pub scores: Vec<f32>,
+}
+
+impl WindowSurface {
+    /// The match of a window whose surface covers its whole search square, row by row; `None` where nothing correlates.
+    pub fn matched(&self, radius_px: usize) -> Option<WindowMatch> {
+        let peak = subpixel_peak(&self.scores, 2 * radius_px + 1)?;
+        Some(WindowMatch::new(self.centre_px, &peak, radius_px))
+    }
+}
+
+/// The surfaces of the windows that [`match_windows`] matches, over their whole search squares, row by row.
+pub fn square_surfaces(
+    view: &Structure,
+    map: &Structure,
+    offset_px: [isize; 2],
+    options: &WindowOptions,
+) -> Vec<WindowSurface> {
+    let radius = options.radius_px as isize;
+    let square: Vec<_> = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| [x, y])).collect();
+    window_surfaces(view, map, offset_px, options, &square)
 }
 
 /// The surfaces of the windows that [`match_windows`] matches, over displacements of at most the radius on each axis.
@@ -114,13 +146,8 @@ impl<'a> WindowSearch<'a> {
     fn window(&self, options: &WindowOptions, corner: BoxCorner, scores: &mut Vec<f32>) -> Option<WindowMatch> {
         let radius = options.radius_px;
         score_places(scores, radius, options.step_px, &mut self.scorer(options, corner)?);
-        subpixel_peak(scores, 2 * radius + 1).map(|peak| WindowMatch {
-            centre_px: middle_px(corner, options.size_px),
-            displacement_px: peak.position - Vector2::repeat(radius as f64),
-            peak: peak.value,
-            information: peak.information,
-            on_rim: peak.on_rim,
-        })
+        let peak = subpixel_peak(scores, 2 * radius + 1)?;
+        Some(WindowMatch::new(middle_px(corner, options.size_px), &peak, radius))
     }
 
     /// The normalised correlation of a window as a function of its place in the search square, from the square's corner. `None` where

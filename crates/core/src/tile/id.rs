@@ -178,7 +178,7 @@ impl fmt::Display for TileId {
 
 /// A position in the pixels of the whole world at one zoom. The north-west corner is (0, 0), the centre of the first pixel
 /// (0.5, 0.5). x may exceed the world's width where an extent crosses the antimeridian.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WorldPixel {
     /// Columns east of the antimeridian.
     pub x_px: f64,

@@ -1,5 +1,6 @@
 //! `CameraPose`: one hypothesis of where the camera was.
 
+use overfly_core::camera::Camera;
 use overfly_core::geodesy::Heading;
 use overfly_core::registration::Similarity;
 use overfly_core::tile::WorldPixel;
@@ -15,9 +16,18 @@ pub struct CameraPose {
     pub heading_rad: f64,
     /// True height over the stated height.
     pub height_ratio: f64,
+    /// True pitch and roll less the assumed ones, radians, about the ground point under the image's centre: `nadir` is where the nadir
+    /// would be without.
+    pub tilt_rad: [f64; 2],
 }
 
 impl CameraPose {
+    /// The camera that sees through this pose, where `camera` is the stated one; `None` where it sees the horizon.
+    pub(super) fn camera(&self, camera: &Camera) -> Option<Camera> {
+        let camera = camera.at_height_ratio(self.height_ratio);
+        if self.tilt_rad == [0.0; 2] { Some(camera) } else { camera.tilted_about_image_centre(self.tilt_rad) }
+    }
+
     /// The same pose in the pixels of another level.
     pub fn at_zoom(self, zoom: u8) -> Self {
         let factor = 2f64.powi(i32::from(zoom) - i32::from(self.zoom));

@@ -9,18 +9,20 @@ use super::hypotheses::Hypothesis;
 use super::map::{Map, PixelWindow};
 use super::surface_maximum::SurfaceMaximum;
 use overfly_core::registration::coarse::{CoarseMap, Fourier, PlacedView, Reach, Surface};
-use overfly_core::tile::Gsd;
+use overfly_core::tile::{Gsd, WorldPixel};
 use overfly_store::StoreError;
 
 /// Edge of one correlated block of places, pixels: bounds memory, and the ground sample distance hardly changes within a block.
 pub const BLOCK_PX: i64 = 512;
 /// Surfaces held at once for each thread, a megabyte each: a full turn under an uncertain height has thousands of hypotheses.
 const SURFACES_PER_THREAD: usize = 8;
+/// Pixels of the views held at once, five bytes each. Views of usual frames are 100 to 200 px wide, some hundred of them at once.
+const HELD_VIEW_PIXELS: f64 = 1e7;
 /// Neighbouring hypotheses that share one denominator of T: their views differ by a few pixels at the rim.
 const SHARED_DENOMINATOR: usize = 4;
 
 /// Searches `area` at its zoom, which must be a level of the pyramid `frame`. The cancellation token is checked before each
-/// block.
+/// few views.
 ///
 /// # Errors
 /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
@@ -33,11 +35,56 @@ pub fn search(
     cancellation: &CancellationToken,
 ) -> Result<CoarsePeaks, LocateError> {
     let mut sums = SurfaceSums::default();
+    let search = BlockSearch { map, frame, area, hypotheses, threads, cancellation };
     for block in area.blocks(BLOCK_PX) {
-        cancellation.check()?;
-        search_block(map, frame, area, &block, hypotheses, threads, &mut sums)?;
+        search.run(&block, &mut sums)?;
     }
     Ok(CoarsePeaks::from_sums(sums))
+}
+
+/// The inputs that the searches of all blocks share.
+struct BlockSearch<'a> {
+    map: &'a Map<'a>,
+    frame: &'a FramePyramid<'a>,
+    area: &'a SearchArea,
+    hypotheses: &'a [Hypothesis],
+    threads: usize,
+    cancellation: &'a CancellationToken,
+}
+
+impl BlockSearch<'_> {
+    fn run(&self, block: &PixelWindow, sums: &mut SurfaceSums) -> Result<(), LocateError> {
+        let gsd = self.area.gsd_of(block);
+        let mut maximum = SurfaceMaximum::new(block, self.area);
+        let mut compared: Vec<Hypothesis> = Vec::new();
+        let together = SURFACES_PER_THREAD * self.threads.max(1);
+        for batch in self.hypotheses.chunks(self.batch_len(gsd)) {
+            self.cancellation.check()?;
+            let Some(correlation) = BlockCorrelation::new(self.map, self.frame, block, gsd, batch)? else { continue };
+            let BlockCorrelation { map, templates } = correlation;
+            for (chunk, views) in templates.views.chunks(together).enumerate() {
+                self.cancellation.check()?;
+                for (within, surface) in correlate_all(&map, views, self.threads).iter().enumerate() {
+                    if let Some(surface) = surface {
+                        maximum.add(surface, compared.len() + chunk * together + within, sums);
+                    }
+                }
+            }
+            compared.extend(templates.hypotheses);
+        }
+        sums.peaks.extend(maximum.peaks(&compared));
+        Ok(())
+    }
+
+    /// Number of hypotheses whose views are held at once, a multiple of [`SHARED_DENOMINATOR`].
+    fn batch_len(&self, gsd: Gsd) -> usize {
+        let corners = self.frame.camera().footprint_in_body().unwrap_or_default();
+        let reach_m = corners.iter().map(|corner| corner.length_m()).fold(0.0, f64::max);
+        let growth = self.hypotheses.iter().map(|hypothesis| hypothesis.height_ratio).fold(1.0, f64::max);
+        let side_px = (2.0 * growth * reach_m / gsd.mean_m_per_px()).max(1.0);
+        let views = (HELD_VIEW_PIXELS / (side_px * side_px)) as usize;
+        (views / SHARED_DENOMINATOR).max(1) * SHARED_DENOMINATOR
+    }
 }
 
 /// The views of the frame under some hypotheses at one level.
@@ -77,32 +124,6 @@ impl BlockCorrelation {
     }
 }
 
-fn search_block(
-    map: &Map<'_>,
-    frame: &FramePyramid<'_>,
-    area: &SearchArea,
-    block: &PixelWindow,
-    hypotheses: &[Hypothesis],
-    threads: usize,
-    sums: &mut SurfaceSums,
-) -> Result<(), StoreError> {
-    let Some(correlation) = BlockCorrelation::new(map, frame, block, area.gsd_of(block), hypotheses)? else {
-        return Ok(());
-    };
-    let BlockCorrelation { map, templates } = correlation;
-    let mut maximum = SurfaceMaximum::new(block, area);
-    let together = SURFACES_PER_THREAD * threads.max(1);
-    for (batch, views) in templates.views.chunks(together).enumerate() {
-        for (within, surface) in correlate_all(&map, views, threads).iter().enumerate() {
-            if let Some(surface) = surface {
-                maximum.add(surface, batch * together + within, sums);
-            }
-        }
-    }
-    sums.peaks.extend(maximum.peaks(&templates.hypotheses));
-    Ok(())
-}
-
 /// T at every place of a block under one hypothesis, row by row; 0 where too little is compared. `None` where the frame or the
 /// map under the block holds no structure.
 ///
@@ -122,7 +143,7 @@ pub fn surface_of(
 fn templates(frame: &FramePyramid<'_>, zoom: u8, gsd: Gsd, hypotheses: &[Hypothesis]) -> Templates {
     let mut templates = Templates { hypotheses: Vec::new(), views: Vec::new() };
     for &hypothesis in hypotheses {
-        let view = frame.view(zoom, gsd, hypothesis.heading_rad, hypothesis.height_ratio, [0.0; 2]);
+        let view = frame.view(&hypothesis.pose(WorldPixel::default(), zoom), gsd, [0.0; 2]);
         let Some(view) = view else { continue };
         let nadir_px = [view.grid.nadir_px[0].round() as i64, view.grid.nadir_px[1].round() as i64];
         let structure = structure_of(&view);

@@ -14,13 +14,13 @@ const SAME_PLACE_M: f64 = 15.0;
 pub struct LayerAnswer<T> {
     /// The answer.
     pub answer: Answer,
-    /// The best place of the layer, where one was verified.
-    pub place: Option<WeighedPlace>,
+    /// The verified places of the layer, best first.
+    pub places: Vec<WeighedPlace>,
     /// What the caller wants beside the answer.
     pub more: T,
 }
 
-/// Returns the answer of a layer beside the best places of newer layers. A fix is ambiguous where a newer layer has another place with
+/// Returns the answer of a layer, whose best place is `place`, beside the verified places of newer layers. A fix is ambiguous where a newer layer has another place with
 /// as much evidence as would make it ambiguous within one layer.
 pub fn beside_newer(answer: Answer, place: Option<&WeighedPlace>, newer: &[WeighedPlace]) -> Answer {
     let (Answer::Fix(fix), Some(place)) = (&answer, place) else { return answer };

@@ -1,5 +1,6 @@
 //! `FramePyramid`: a frame at the resolution of several levels, and its ground view under a hypothesis.
 
+use super::camera_pose::CameraPose;
 use overfly_core::camera::{Camera, GroundGrid, GroundView, render};
 use overfly_core::feature::Structure;
 use overfly_core::pixels::Gray;
@@ -13,13 +14,14 @@ const MAX_VIEW_PX: usize = 4096;
 pub struct FramePyramid<'a> {
     gray: &'a Gray,
     camera: Camera,
+    gain: f32,
     shrunk: HashMap<u8, (Gray, Camera)>,
 }
 
 impl<'a> FramePyramid<'a> {
     /// Returns the pyramid of a frame and the camera that took it, without levels.
     pub fn new(gray: &'a Gray, camera: Camera) -> Self {
-        Self { gray, camera, shrunk: HashMap::new() }
+        Self { gray, camera, gain: gain(gray), shrunk: HashMap::new() }
     }
 
     /// The camera of the full frame.
@@ -35,33 +37,50 @@ impl<'a> FramePyramid<'a> {
             let ratio = (self.camera.gsd_m_per_px() / gsd.mean_m_per_px()).min(1.0);
             let side = |n: usize| ((n as f64 * ratio).round() as usize).clamp(1, n);
             let source = last.and_then(|zoom| self.shrunk.get(&zoom)).map_or(self.gray, |(gray, _)| gray);
-            let small = source.shrunk(side(self.gray.width_px()), side(self.gray.height_px()));
+            let mut small = source.shrunk(side(self.gray.width_px()), side(self.gray.height_px()));
+            if last.is_none() && self.gain != 1.0 {
+                small.values_mut().iter_mut().for_each(|value| *value *= self.gain);
+            }
             let resized = self.camera.resized(small.width_px(), small.height_px());
             self.shrunk.insert(zoom, (small, resized));
             last = Some(zoom);
         }
     }
 
-    /// The north-up ground view of the frame at a level of the pyramid, under a heading (radians) and a height ratio. The nadir lies
-    /// `fraction_px` right of and below a pixel corner. `None` where the frame sees the horizon.
-    pub fn view(
-        &self,
-        zoom: u8,
-        gsd: Gsd,
-        heading_rad: f64,
-        height_ratio: f64,
-        fraction_px: [f64; 2],
-    ) -> Option<GroundView> {
-        let (small, camera) = self.shrunk.get(&zoom)?;
-        let camera = camera.at_height_ratio(height_ratio);
-        let mut grid = GroundGrid::around(&camera, heading_rad, [gsd.east_m_per_px, gsd.north_m_per_px], 1.0)?;
+    /// The north-up ground view of the frame at the pose's level, which must be one of the pyramid's. The pose's nadir lies `fraction_px`
+    /// right of and below a pixel corner. `None` where the frame sees the horizon.
+    pub fn view(&self, pose: &CameraPose, gsd: Gsd, fraction_px: [f64; 2]) -> Option<GroundView> {
+        let (small, camera) = self.shrunk.get(&pose.zoom)?;
+        let camera = pose.camera(camera)?;
+        let mut grid = GroundGrid::around(&camera, pose.heading_rad, [gsd.east_m_per_px, gsd.north_m_per_px], 1.0)?;
         if grid.width_px.max(grid.height_px) > MAX_VIEW_PX {
             return None;
         }
         grid.nadir_px[0] += fraction_px[0];
         grid.nadir_px[1] += fraction_px[1];
-        Some(render(small, &camera, heading_rad, &grid))
+        Some(render(small, &camera, pose.heading_rad, &grid))
     }
+}
+
+/// A frame whose gray levels span less than this is amplified to it: over water and in infrared a whole frame may lie within ten levels,
+/// and edges below the floor of `feature::Structure` do not count.
+const LEAST_SPAN: f32 = 64.0;
+/// Noise of the sensor and steps of a gray level must not become the picture.
+const MAX_GAIN: f32 = 25.0;
+/// Share of the pixels beyond the span on each side.
+const BEYOND_SPAN: f64 = 0.005;
+/// Pixels that the span is taken from, at least.
+const SPAN_PIXELS: usize = 20_000;
+
+/// The amplification of a frame.
+fn gain(frame: &Gray) -> f32 {
+    let step = (frame.values().len() / SPAN_PIXELS).max(1);
+    let mut sample: Vec<f32> = frame.values().iter().step_by(step).copied().collect();
+    sample.sort_unstable_by(f32::total_cmp);
+    let beyond = (sample.len() as f64 * BEYOND_SPAN) as usize;
+    let (Some(low), Some(high)) = (sample.get(beyond), sample.iter().rev().nth(beyond)) else { return 1.0 };
+    let span = high - low;
+    if span > 0.0 { (LEAST_SPAN / span).clamp(1.0, MAX_GAIN) } else { 1.0 }
 }
 
 /// The structural channels of a view.

@@ -1,6 +1,8 @@
 //! The headings and scales to try, from the stated heading and scale and their uncertainty.
 
+use super::camera_pose::CameraPose;
 use super::request::{FixRequest, HeadingPrior};
+use overfly_core::tile::WorldPixel;
 use std::f64::consts::{PI, TAU};
 
 /// Headings and scales within this many standard deviations are searched.
@@ -17,6 +19,17 @@ pub struct Hypothesis {
     pub heading_rad: f64,
     /// True height over the stated height.
     pub height_ratio: f64,
+}
+
+impl Hypothesis {
+    /// North and the stated scale.
+    pub(super) const STATED: Self = Self { heading_rad: 0.0, height_ratio: 1.0 };
+
+    /// The pose under this hypothesis whose nadir is a pixel of a level.
+    pub(super) fn pose(self, nadir: WorldPixel, zoom: u8) -> CameraPose {
+        let Self { heading_rad, height_ratio } = self;
+        CameraPose { nadir, zoom, heading_rad, height_ratio, tilt_rad: [0.0; 2] }
+    }
 }
 
 /// The step of heading in radians for a frame whose half diagonal has `half_diagonal_px` coarse pixels.

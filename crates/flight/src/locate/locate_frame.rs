@@ -8,7 +8,7 @@ use super::epochs::{LayerAnswer, beside_newer, nearest, searched_layers};
 use super::error::LocateError;
 use super::map::Map;
 use super::prepare::PreparedFrame;
-use super::refine::refine_peaks;
+use super::refine::{RefinedPeaks, refine_peaks};
 use super::refusal::EarlyEnd;
 use super::request::FixRequest;
 use super::search_context::SearchContext;
@@ -65,8 +65,8 @@ pub fn locate_cancellable(
     request.check()?;
     let search = |context: &SearchContext<'_>| {
         let registration = register(context, frame)?;
-        let place = registration.best_place(context);
-        Ok(LayerAnswer { answer: registration.answer, place, more: () })
+        let places = registration.verified_places(context);
+        Ok(LayerAnswer { answer: registration.answer, places, more: () })
     };
     Ok(over_layers(store, request, threads, cancellation, &search)?.0)
 }
@@ -91,8 +91,8 @@ pub fn locate_traced(
             }
             None => Trace::default(),
         };
-        let place = registration.best_place(context);
-        Ok(LayerAnswer { answer: registration.answer, place, more: trace })
+        let places = registration.verified_places(context);
+        Ok(LayerAnswer { answer: registration.answer, places, more: trace })
     };
     over_layers(store, request, threads, &CancellationToken::new(), &search)
 }
@@ -111,9 +111,9 @@ fn over_layers<T>(
     for layer in searched {
         cancellation.check()?;
         let context = SearchContext { store, layer, layers, request, threads, cancellation };
-        let LayerAnswer { answer, place, more } = search(&context)?;
-        let answer = beside_newer(answer, place.as_ref(), &newer);
-        newer.extend(place);
+        let LayerAnswer { answer, places, more } = search(&context)?;
+        let answer = beside_newer(answer, places.first(), &newer);
+        newer.extend(places);
         let stands = answer.stands();
         answers.push((answer, more));
         if stands {
@@ -136,8 +136,8 @@ pub fn locate_weighed(
     request.check()?;
     let search = |context: &SearchContext<'_>| {
         let registration = register(context, frame)?;
-        let place = registration.best_place(context);
-        Ok(LayerAnswer { answer: registration.answer, more: place.clone(), place })
+        let places = registration.verified_places(context);
+        Ok(LayerAnswer { answer: registration.answer, more: places.first().cloned(), places })
     };
     over_layers(store, request, threads, &CancellationToken::new(), &search)
 }
@@ -150,8 +150,9 @@ struct Registration<'a> {
 }
 
 impl Registration<'_> {
-    fn best_place(&self, context: &SearchContext<'_>) -> Option<WeighedPlace> {
-        WeighedPlace::new(self.search.as_ref()?.1.verdict.as_ref()?, context)
+    fn verified_places(&self, context: &SearchContext<'_>) -> Vec<WeighedPlace> {
+        let verdict = self.search.as_ref().and_then(|(_, search)| search.verdict.as_ref());
+        verdict.map(|verdict| WeighedPlace::all(verdict, context)).unwrap_or_default()
     }
 }
 
@@ -185,10 +186,10 @@ fn search<'a>(context: &SearchContext<'a>, prepared: &PreparedFrame<'a>) -> Resu
     let steps = SearchSteps::plan(context, prepared)?;
     let map = Map::new(context.store, context.layer);
     let verifier = Verifier { map: &map, prepared, context };
-    let (mut peaks, mut verdict) = (CoarsePeaks::default(), None);
+    let (mut peaks, mut known, mut verdict) = (CoarsePeaks::default(), RefinedPeaks::default(), None);
     for step in 0..steps.len() {
         peaks = steps.search(step, peaks, context, &map, prepared)?;
-        let refined = refine_peaks(context, &map, prepared, &peaks)?;
+        let refined = refine_peaks(context, &map, prepared, &peaks, &mut known)?;
         if verdict.insert(verifier.verify(&peaks, refined)?).is_sure() {
             break;
         }

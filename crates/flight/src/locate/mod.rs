@@ -36,6 +36,7 @@ mod search_extent;
 mod search_region;
 mod search_steps;
 mod searched_ground;
+mod soft_refine;
 mod surface_maximum;
 mod trace;
 mod verify;

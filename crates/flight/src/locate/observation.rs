@@ -6,7 +6,9 @@ use super::map::{Map, PixelWindow};
 use overfly_core::camera::GroundView;
 use overfly_core::feature::Structure;
 use overfly_core::registration::seam::Displacements;
-use overfly_core::registration::windows::{WindowMatch, WindowOptions, WindowSurface, match_windows, window_surfaces};
+use overfly_core::registration::windows::{
+    WindowMatch, WindowOptions, WindowSurface, match_windows, square_surfaces, window_surfaces,
+};
 use overfly_core::tile::{Gsd, WorldPixel, gsd_at};
 use overfly_store::StoreError;
 
@@ -44,9 +46,7 @@ impl Observation {
         let gsd = gsd_at(place, pose.zoom);
         let WorldPixel { x_px, y_px } = pose.nadir;
         let fraction = [x_px - x_px.floor(), y_px - y_px.floor()];
-        let Some(view) = frame.view(pose.zoom, gsd, pose.heading_rad, pose.height_ratio, fraction) else {
-            return Ok(None);
-        };
+        let Some(view) = frame.view(pose, gsd, fraction) else { return Ok(None) };
         let nadir_px = view.grid.nadir_px;
         // The view's nadir and the pose's differ by whole pixels.
         let window = PixelWindow {
@@ -67,10 +67,31 @@ impl Observation {
         match_windows(&self.view_structure, &self.map_structure, [self.margin_px as isize; 2], options)
     }
 
+    fn window_options(&self, radius_px: usize) -> WindowOptions {
+        let size_px = self.window_size_px;
+        WindowOptions { size_px, stride_px: size_px, radius_px, step_px: 1 }
+    }
+
+    /// The correlation of each window with the map over its whole search square.
+    pub fn square_surfaces(&self, radius_px: usize) -> Vec<WindowSurface> {
+        let options = self.window_options(radius_px);
+        square_surfaces(&self.view_structure, &self.map_structure, [self.margin_px as isize; 2], &options)
+    }
+
+    /// The correlation of each window with the map over every second place of a search square whose middle lies
+    /// `offset_px` beside the window's place.
+    pub fn surfaces_beside(&self, radius_px: usize, offset_px: [isize; 2]) -> Vec<WindowSurface> {
+        let options = self.window_options(radius_px);
+        let radius = radius_px as isize;
+        let axis = || (-radius..=radius).step_by(2);
+        let displacements: Vec<_> = axis().flat_map(|y| axis().map(move |x| [x, y])).collect();
+        let middle_px = offset_px.map(|offset| self.margin_px as isize + offset);
+        window_surfaces(&self.view_structure, &self.map_structure, middle_px, &options, &displacements)
+    }
+
     /// The correlation of each window with the map at displacements from its place.
     pub fn window_surfaces(&self, displacements: &Displacements) -> Vec<WindowSurface> {
-        let (size_px, radius_px) = (self.window_size_px, displacements.radius_px());
-        let options = WindowOptions { size_px, stride_px: size_px, radius_px, step_px: 1 };
+        let options = self.window_options(displacements.radius_px());
         let margin_px = [self.margin_px as isize; 2];
         window_surfaces(&self.view_structure, &self.map_structure, margin_px, &options, &displacements.all_px)
     }

@@ -4,6 +4,7 @@
 //! so that none of these shifts the answer, and each widens its covariance. The tilt that the windows show is compared with the
 //! stated attitude.
 
+use super::camera_pose::CameraPose;
 use super::refine::RefinedPlace;
 use nalgebra::{Matrix2, Vector2};
 use overfly_core::camera::{Attitude, Camera, DEFAULT_UNSTATED_SIGMA_DEG, Intrinsics, View};
@@ -161,6 +162,14 @@ impl TiltFound {
     }
 }
 
+/// The pose with the tilt that the windows of a place show, under the attitude's standard deviation; `None` where no height is known or
+/// too few windows agree.
+pub fn pose_with_tilt(place: &RefinedPlace, view: &View, camera: &Camera) -> Option<CameraPose> {
+    let View::Posed { .. } = view else { return None };
+    let windows = PlacedWindows::new(place, view, camera);
+    windows.pose(&windows.resection(windows.tilt_sigma_rad())?)
+}
+
 /// Where few of the windows lie within the tolerance of the camera found (smear, water, changes), those that do are not right for
 /// sure: they err together, and their residuals do not show it. Of 2,193 disturbed frames 13 had the truth outside their 99.9 %
 /// ellipse, all of them smeared, with 7 to 11 of some 20 windows; errors were up to twice as long as the ellipses.
@@ -199,7 +208,7 @@ impl<'a> PlacedWindows<'a> {
         };
         let (start, grid) = (place.last_pass.1, &place.grid);
         let turn = BodyFrame::from_heading_rad(start.heading_rad);
-        let seen = camera.at_height_ratio(start.height_ratio);
+        let seen = start.camera(&camera).unwrap_or_else(|| camera.at_height_ratio(start.height_ratio));
         let mut windows = Self {
             place,
             attitude,
@@ -221,6 +230,17 @@ impl<'a> PlacedWindows<'a> {
             windows.correspondences.push(Correspondence { frame_px, map_px, information: window.information });
         }
         windows
+    }
+
+    /// The pose of the camera that a resection found, at the level of the last pass.
+    fn pose(&self, found: &Resection) -> Option<CameraPose> {
+        let (heading_rad, height_ratio) = (found.heading_rad, found.deviation.log_height.exp());
+        let centre = self.camera.at_height_ratio(height_ratio).image_centre_in_body()?;
+        let centre = BodyFrame::from_heading_rad(heading_rad).enu_from_body(centre);
+        let off_nadir_px = self.px_from_enu * Vector2::new(centre.east_m, centre.north_m);
+        let nadir = world_pixel(self.place, found.image_centre_px - off_nadir_px);
+        let tilt_rad = [found.deviation.pitch_rad, found.deviation.roll_rad];
+        Some(CameraPose { nadir, zoom: self.place.pose.zoom, heading_rad, height_ratio, tilt_rad })
     }
 
     /// One standard deviation of the tilt per axis, that of the ground included.

@@ -349,8 +349,7 @@ mod tests {
     use super::*;
 
     fn peaks(statistics: &[f64]) -> CoarsePeaks {
-        let pose =
-            CameraPose { nadir: WorldPixel { x_px: 0.0, y_px: 0.0 }, zoom: 12, heading_rad: 0.0, height_ratio: 1.0 };
+        let pose = Hypothesis::STATED.pose(WorldPixel::default(), 12);
         let peaks = statistics.iter().map(|&statistic| CoarsePeak { pose, statistic }).collect();
         CoarsePeaks { peaks, ..CoarsePeaks::default() }
     }

@@ -17,6 +17,9 @@ const MIN_SIDE_PX: f64 = 12.0;
 /// by 45 degrees reaches 500. The size of the ground view grows with the square.
 const MAX_REACH_PX: f64 = 1000.0;
 
+/// A frame shows at most so many times the ground of the whole layer: of a larger one no window lies on the map.
+const MAX_LAYERS_IN_FRAME: f64 = 16.0;
+
 /// The ground that a registration searches.
 pub struct SearchedGround {
     /// The prior of the position, grown by what the attitude leaves open.
@@ -42,6 +45,7 @@ impl SearchedGround {
         let centre = centre(&position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
         let levels = Levels::choose(camera, layer, centre);
         let reach_px = checked_reach_px(camera, gsd_at(centre, levels.coarse))?;
+        check_share_of_layer(camera, layer, centre)?;
         let area = SearchArea::new(&position, layer, levels.coarse)
             .and_then(|area| area.cut_to_layer(layer, reach_px))
             .ok_or_else(|| outside("the search region lies outside the layer"))?;
@@ -74,6 +78,23 @@ impl SearchedGround {
             _ => Ok(self.footprints(store, layer)?.len()),
         }
     }
+}
+
+/// Refuses a frame of which the whole layer could fill only a small part.
+fn check_share_of_layer(camera: &Camera, layer: &Layer, near: Geodetic) -> Result<(), Refusal> {
+    let (w, h) = camera.frame_size_px();
+    let frame_m2 = f64::from(w) * f64::from(h) * camera.gsd_m_per_px().powi(2);
+    let Some(whole) = SearchArea::new(&PositionPrior::WholeLayer, layer, layer.base_zoom) else { return Ok(()) };
+    let gsd = gsd_at(near, layer.base_zoom);
+    let layer_m2 = whole.places() * gsd.east_m_per_px * gsd.north_m_per_px;
+    if frame_m2 > MAX_LAYERS_IN_FRAME * layer_m2 {
+        let [frame_km2, layer_km2] = [frame_m2, layer_m2].map(|m2| m2 / 1e6);
+        let detail = format!(
+            "the frame would show {frame_km2:.2} km2, and the whole layer covers {layer_km2:.2}; is its scale right?"
+        );
+        return Err(Refusal::new(Reason::InconsistentScale, detail));
+    }
+    Ok(())
 }
 
 /// The farthest that a frame's corner lies from the nadir, coarse pixels; refused where the frame is too small or reaches too far.

@@ -1,7 +1,6 @@
 //! `SurfaceMaximum`: the maximum of the correlation surfaces of one block over all hypotheses.
 
 use super::area::SearchArea;
-use super::camera_pose::CameraPose;
 use super::coarse_peaks::{CoarsePeak, MAX_PEAKS, SurfaceSums, strongest_first};
 use super::hypotheses::Hypothesis;
 use super::map::PixelWindow;
@@ -69,9 +68,8 @@ impl<'a> SurfaceMaximum<'a> {
 
     fn peak(&self, (x, y): (usize, usize), hypotheses: &[Hypothesis]) -> CoarsePeak {
         let i = y * self.block.width_px + x;
-        let Hypothesis { heading_rad, height_ratio } = hypotheses[self.indices[i] as usize];
         let nadir = WorldPixel { x_px: (self.block.left + x as i64) as f64, y_px: (self.block.top + y as i64) as f64 };
-        let pose = CameraPose { nadir, zoom: self.block.zoom, heading_rad, height_ratio };
+        let pose = hypotheses[self.indices[i] as usize].pose(nadir, self.block.zoom);
         CoarsePeak { pose, statistic: f64::from(self.values[i]) }
     }
 }

@@ -145,7 +145,7 @@ impl Trace {
 fn places(verdict: &Verdict) -> Vec<TracedPlace> {
     let place = |refined: &RefinedPlace, peak_z_score, log10_false_alarms| TracedPlace {
         pose: refined.pose,
-        windows: refined.windows,
+        windows: refined.matches.len(),
         inliers: refined.fit.inliers.len(),
         log10_window_false_alarms: refined.log10_window_false_alarms,
         peak_z_score,
@@ -162,7 +162,7 @@ fn surface(
     coarse: &CoarsePeaks,
     peak: CoarsePeak,
 ) -> Result<Option<TracedSurface>, StoreError> {
-    let CameraPose { nadir, zoom, heading_rad, height_ratio } = peak.pose;
+    let CameraPose { nadir, zoom, heading_rad, height_ratio, .. } = peak.pose;
     let hypothesis = Hypothesis { heading_rad, height_ratio };
     let Some(window) = prepared.area.window_around(nadir, SURFACE_HALF_PX) else { return Ok(None) };
     let Some(values) = surface_of(map, &prepared.frame, &prepared.area, &window, hypothesis)? else { return Ok(None) };
@@ -189,12 +189,22 @@ fn windows(
             let zoom = prepared.levels.finest;
             let Ok(nadir) = WorldPixel::from_geodetic(prepared.centre, zoom) else { return Ok(None) };
             let heading_rad = context.request.heading.map_or(0.0, |h| h.heading_rad);
-            (Pass::last(zoom), CameraPose { nadir, zoom, heading_rad, height_ratio: 1.0 })
+            (Pass::last(zoom), Hypothesis { heading_rad, height_ratio: 1.0 }.pose(nadir, zoom))
         }
     };
-    let Some(observation) = Observation::new(map, &prepared.frame, &pose, pass.radius_px)? else { return Ok(None) };
-    let windows = pass.match_windows(&observation);
-    let inliers = pass.fit(&windows, &observation).map(|fit| fit.inliers).unwrap_or_default();
-    let camera = prepared.frame.camera().at_height_ratio(pose.height_ratio);
+    let Some(mut observation) = Observation::new(map, &prepared.frame, &pose, pass.radius_px)? else { return Ok(None) };
+    let (windows, inliers) = match place {
+        Some(place) => {
+            observation.window_size_px = place.window_size_px;
+            (place.matches.clone(), place.fit.inliers.clone())
+        }
+        None => {
+            let windows = pass.match_windows(&observation);
+            let inliers = pass.fit(&windows, &observation).map(|fit| fit.inliers).unwrap_or_default();
+            (windows, inliers)
+        }
+    };
+    let stated = prepared.frame.camera();
+    let camera = pose.camera(stated).unwrap_or_else(|| stated.at_height_ratio(pose.height_ratio));
     Ok(Some(TracedWindows { pose, camera, observation, windows, inliers, is_found: place.is_some() }))
 }

@@ -8,7 +8,7 @@ use super::near_maxima::near_maxima;
 use super::observation::Observation;
 use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
-use super::refine::RefinedPlace;
+use super::refine::{RefinedPlace, Vote};
 use super::refusal::Refusal;
 use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalReport, RivalSearch};
 use super::search_context::SearchContext;
@@ -26,6 +26,9 @@ const MAX_LOG10_FALSE_ALARMS: f64 = -6.0;
 const SURE_LOG10_FALSE_ALARMS: f64 = -15.0;
 /// A second place with this much evidence in its own layer makes the first ambiguous.
 pub const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
+/// No term decides alone: a place that only the soft vote found must also stand out as a whole view, by so many standard deviations. Four
+/// false places of featureless frames had 1.0 to 4.0, right ones at least 4.5.
+const LEAST_SOFT_Z_SCORE: f64 = 4.25;
 /// Number of refined places whose whole view is compared.
 const VERIFIED_PLACES: usize = 2;
 /// A fix needs at least this many agreeing windows.
@@ -157,7 +160,8 @@ impl Verifier<'_> {
         let z_score = |o: &Observation| peak_z_score(&o.view_structure, &o.map_structure, [REACH_PX; 2]);
         let peak_z_score = observation.as_ref().and_then(z_score).unwrap_or(0.0);
         let near_rivals_px = observation.as_ref().map(near_maxima).unwrap_or_default();
-        let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.windows, coarse.places);
+        let hard_px = observation.as_ref().map_or(refined.window_size_px, |o| o.window_size_px);
+        let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.large_windows(hard_px), coarse.places);
         let log10_false_alarms = by_chance + refined.log10_window_false_alarms + self.log10_layers();
         let place = VerifiedPlace {
             refined,
@@ -184,9 +188,16 @@ impl Verifier<'_> {
             let detail = format!(
                 "{} of {} windows agree, the correlation peak has a z-score of {:.1}; 10^{:.1} such places are expected by chance, a fix needs at most 10^{MAX_LOG10_FALSE_ALARMS} and at least {MIN_INLIERS} windows",
                 best.refined.fit.inliers.len(),
-                best.refined.windows,
+                best.refined.matches.len(),
                 best.peak_z_score,
                 best.log10_false_alarms
+            );
+            return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
+        }
+        if best.refined.vote == Vote::Soft && best.peak_z_score < LEAST_SOFT_Z_SCORE {
+            let detail = format!(
+                "the correlation peak of the whole view has a z-score of {:.1}; where windows agree only together it must have {LEAST_SOFT_Z_SCORE}",
+                best.peak_z_score
             );
             return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
         }

@@ -1,10 +1,10 @@
-//! `WeighedPlace`: the best place of a registration and the evidence for it, accepted or not.
+//! `WeighedPlace`: a verified place of a registration and the evidence for it, accepted or not.
 
 use super::search_context::SearchContext;
-use super::verify::Verdict;
+use super::verify::{Verdict, VerifiedPlace};
 use overfly_core::geodesy::{Geodetic, LocalFrame};
 
-/// The best place of a registration and the evidence for it, accepted or not.
+/// A verified place of a registration and the evidence for it, accepted or not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WeighedPlace {
     /// The layer that it lies in.
@@ -24,9 +24,12 @@ pub struct WeighedPlace {
 }
 
 impl WeighedPlace {
-    /// The best place of a verdict; `None` where there is none on the map.
-    pub(super) fn new(verdict: &Verdict, context: &SearchContext<'_>) -> Option<Self> {
-        let place = verdict.places.first()?;
+    /// The verified places of a verdict that lie on the map, best first.
+    pub(super) fn all(verdict: &Verdict, context: &SearchContext<'_>) -> Vec<Self> {
+        verdict.places.iter().filter_map(|place| Self::new(place, context)).collect()
+    }
+
+    fn new(place: &VerifiedPlace, context: &SearchContext<'_>) -> Option<Self> {
         let pose = place.refined.pose;
         let strongest = place.rivals.and_then(|report| report.strongest).map(|rival| rival.difference);
         Some(Self {

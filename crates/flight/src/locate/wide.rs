@@ -89,7 +89,10 @@ impl<'a> WideSearch<'a> {
         };
         let (merged, fine) = (cells(level.pitch)?, cells(1)?);
         let near = gsd_at(centre, level.zoom);
-        let Some(ground) = frame.view(level.zoom, near, 0.0, 1.0, [0.0; 2]) else { return Ok(None) };
+        let Some(ground) = frame.view(&Hypothesis::STATED.pose(WorldPixel::default(), level.zoom), near, [0.0; 2])
+        else {
+            return Ok(None);
+        };
         let Some(view) = CellView::new(&structure_of(&ground), &ground.mask, ground.grid.nadir_px) else {
             return Ok(None);
         };
@@ -173,10 +176,9 @@ impl<'a> WideSearch<'a> {
 
     /// The pose at which the centre of the view lies on a cell.
     fn pose(&self, cell: [i64; 2], pitch: usize, hypothesis: Hypothesis, scale: f64) -> CameraPose {
-        let Hypothesis { heading_rad, height_ratio } = hypothesis;
-        let middle = self.view.middle_px(heading_rad, height_ratio * scale);
+        let middle = self.view.middle_px(hypothesis.heading_rad, hypothesis.height_ratio * scale);
         let at = |axis: usize| (cell[axis] as f64 + 0.5) * (pitch * CELL_PX) as f64 - middle[axis];
-        CameraPose { nadir: WorldPixel { x_px: at(0), y_px: at(1) }, zoom: self.level.zoom, heading_rad, height_ratio }
+        hypothesis.pose(WorldPixel { x_px: at(0), y_px: at(1) }, self.level.zoom)
     }
 
     /// Compares places again on unmerged cells; under headings and scales around the scan's where `between`.

@@ -1,0 +1,135 @@
+//! `soft_refine`: a coarse peak refined by the soft vote of its windows, for views of which no window shows its place alone.
+
+use super::camera_pose::CameraPose;
+use super::coarse_peaks::CoarsePeak;
+use super::map::Map;
+use super::observation::Observation;
+use super::place_estimate::pose_with_tilt;
+use super::prepare::PreparedFrame;
+use super::refine::{
+    ENTRY_RADIUS_PX, ENTRY_TOLERANCE_PX, MAX_GROWTH, MAX_TURN_RAD, Pass, REFINED_PEAKS, RefinedPlace, Vote,
+};
+use overfly_core::camera::View;
+use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote, variance_factor};
+use overfly_core::registration::window_fit::{WindowFitOptions, fit_windows_about};
+use overfly_store::StoreError;
+
+/// Distance of the search squares in which the variance of the vote is measured, pixels: they touch the one that is searched.
+const BESIDE_PX: isize = 2 * ENTRY_RADIUS_PX as isize + 1;
+/// The middles of these squares.
+const BESIDE: [[isize; 2]; 8] = {
+    const D: isize = BESIDE_PX;
+    [[-D, -D], [0, -D], [D, -D], [-D, 0], [D, 0], [-D, D], [0, D], [D, D]]
+};
+/// Votes of which the better is taken: the hard one and the soft one.
+const VOTES: f64 = 2.0;
+/// Edge of a window at the first level: small ones follow leaning houses and relief, and there are more of them.
+const ENTRY_WINDOW_PX: usize = 10;
+/// Edge at the finer levels, as a share of the hard vote's windows, and its bounds.
+const FINER_WINDOW_SHARE: f64 = 2.0 / 3.0;
+const FINER_WINDOWS_PX: (usize, usize) = (12, 24);
+/// Growth and turn that a level finer than the first leaves open.
+const FINER_CHANGE: f64 = 0.03;
+/// A finer level is believed where it says at least this much by itself ...
+const FINER_LOG10_FALSE_ALARMS: f64 = -3.0;
+/// ... and at least so many windows agree.
+const FINER_INLIERS: usize = 5;
+/// Most rounds in which the tilt is measured and the vote held anew.
+const TILT_ROUNDS: usize = 3;
+/// Where windows that were independent would say no more than this, nothing is measured.
+const MOST_LOG10_FALSE_ALARMS: f64 = 2.0;
+/// Where the first vote says no more than this, the place is not refined.
+const HOPELESS_LOG10_FALSE_ALARMS: f64 = 0.0;
+
+/// The inputs of a refinement.
+pub struct SoftRefinement<'a> {
+    /// The stated view, whose attitude bounds the tilt.
+    pub view: &'a View,
+    /// The map of the layer.
+    pub map: &'a Map<'a>,
+    /// The frame.
+    pub prepared: &'a PreparedFrame<'a>,
+    /// The coarse peak.
+    pub peak: CoarsePeak,
+}
+
+impl SoftRefinement<'_> {
+    /// Refines the peak as far as finer levels still have evidence. `None` where the first vote is no evidence.
+    ///
+    /// # Errors
+    /// Where a tile cannot be read.
+    pub fn run(&self) -> Result<Option<RefinedPlace>, StoreError> {
+        let finest = self.prepared.levels.finest;
+        let first = (self.peak.pose.zoom + 1).min(finest);
+        let Some(entry) = self.elected(first, self.peak.pose, true)? else { return Ok(None) };
+        let mut best = self.tilted(entry)?;
+        if best.log10_window_false_alarms > HOPELESS_LOG10_FALSE_ALARMS {
+            return Ok(None);
+        }
+        for zoom in first + 1..=finest {
+            let Some(finer) = self.elected(zoom, best.pose, false)? else { break };
+            let is_evidence = finer.log10_window_false_alarms <= FINER_LOG10_FALSE_ALARMS;
+            if !is_evidence || finer.fit.inliers.len() < FINER_INLIERS {
+                break;
+            }
+            // The place of the finer level, with the evidence of the level that has more.
+            let log10_window_false_alarms = finer.log10_window_false_alarms.min(best.log10_window_false_alarms);
+            best = RefinedPlace { log10_window_false_alarms, ..finer };
+        }
+        Ok(Some(best))
+    }
+
+    /// The place with the tilt that its windows show, as long as the vote then says more.
+    fn tilted(&self, mut place: RefinedPlace) -> Result<RefinedPlace, StoreError> {
+        for _ in 0..TILT_ROUNDS {
+            let Some(pose) = pose_with_tilt(&place, self.view, self.prepared.frame.camera()) else { break };
+            let again = self.elected(pose.zoom, pose, true)?;
+            let better = again.filter(|again| again.log10_window_false_alarms < place.log10_window_false_alarms);
+            let Some(better) = better else { break };
+            place = better;
+        }
+        Ok(place)
+    }
+
+    /// The place near a pose that the vote at one level elects; `None` where it elects none.
+    fn elected(&self, zoom: u8, pose: CameraPose, is_first: bool) -> Result<Option<RefinedPlace>, StoreError> {
+        let start = pose.at_zoom(zoom);
+        let pass = Pass { zoom, radius_px: ENTRY_RADIUS_PX, step_px: 1, tolerance_px: ENTRY_TOLERANCE_PX };
+        let margin_px = pass.radius_px + BESIDE_PX as usize;
+        let Some(observation) = Observation::new(self.map, &self.prepared.frame, &start, margin_px)? else {
+            return Ok(None);
+        };
+        let finer_px = (observation.window_size_px as f64 * FINER_WINDOW_SHARE) as usize;
+        let size_px = if is_first { ENTRY_WINDOW_PX } else { finer_px.clamp(FINER_WINDOWS_PX.0, FINER_WINDOWS_PX.1) };
+        let observation = Observation { window_size_px: size_px, ..observation };
+        let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
+        let surfaces = observation.square_surfaces(pass.radius_px);
+        let nadir_px = observation.view.grid.nadir_px;
+        let options = SoftVoteOptions { radius_px: pass.radius_px, max_growth, max_turn_rad };
+        let places = VOTES * REFINED_PEAKS as f64;
+        let vote = soft_vote(&surfaces, nadir_px, &options).filter(|v| v.log10_nfa(places) <= MOST_LOG10_FALSE_ALARMS);
+        let Some(vote) = vote else { return Ok(None) };
+        let beside = |offset_px| variance_factor(&observation.surfaces_beside(pass.radius_px, offset_px));
+        let vote = SoftVote { variance_factor: median(BESIDE.map(beside)), ..vote };
+        let matches: Vec<_> = surfaces.iter().filter_map(|surface| surface.matched(pass.radius_px)).collect();
+        let options = WindowFitOptions { tolerance_px: pass.tolerance_px, max_growth, max_turn_rad };
+        let Some(fit) = fit_windows_about(&vote.map_from_view, &matches, nadir_px, &options) else { return Ok(None) };
+        Ok(Some(RefinedPlace {
+            pose: start.corrected(&fit.map_from_view),
+            vote: Vote::Soft,
+            window_size_px: size_px,
+            log10_window_false_alarms: vote.log10_nfa(places),
+            fit,
+            last_pass: (pass, start),
+            matches,
+            grid: observation.view.grid,
+            peak: self.peak,
+        }))
+    }
+}
+
+/// The middle value: where the view's place reaches into a square beside, that one's is an outlier.
+fn median(mut values: [f64; BESIDE.len()]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    (values[BESIDE.len() / 2 - 1] + values[BESIDE.len() / 2]) / 2.0
+}
