@@ -9,7 +9,7 @@ mod preset;
 use bars::Bars;
 use clap::Parser;
 use overfly_lab::scene::{write_heights, write_map};
-use preset::Preset;
+use preset::{Preset, Range};
 use std::path::{Path, PathBuf};
 
 /// Draws a world with exact truth: a map, and a flight over it on another day.
@@ -39,7 +39,7 @@ struct Args {
     /// Ground sample distance of the map [default: 0.3, 5 and 5].
     #[arg(long)]
     map_gsd_m_per_px: Option<f64>,
-    /// Lean of the map: angle between the vertical and its sensor, degrees [default: 14, 9 and 0].
+    /// Lean of the map: angle between the vertical and its sensor, degrees [default: 20, 9 and 0].
     #[arg(long)]
     lean_deg: Option<f64>,
     /// Error of the map that is the same everywhere, metres [default: 5, 5 and 2].
@@ -55,11 +55,11 @@ struct Args {
     #[arg(long)]
     width_px: Option<u32>,
     /// Lowest and highest height above the ground, metres [default: 100,120, 3000,5000 and 2200,2200].
-    #[arg(long, value_delimiter = ',', num_args = 2)]
-    height_m: Option<Vec<f64>>,
-    /// Least and greatest angle off nadir, degrees, in a direction drawn for each line [default: 5,13, 0,12 and 0,0].
-    #[arg(long, value_delimiter = ',', num_args = 2)]
-    tilt_deg: Option<Vec<f64>>,
+    #[arg(long, value_parser = preset::parse_range)]
+    height_m: Option<Range>,
+    /// Least and greatest angle off nadir, degrees, in a direction drawn for each line [default: 0,13, 0,12 and 0,0].
+    #[arg(long, value_parser = preset::parse_range)]
+    tilt_deg: Option<Range>,
     /// State pitch and roll in flight.csv, and the lens in camera.toml; else both are 0 there.
     #[arg(long)]
     state_attitude: bool,
@@ -86,7 +86,7 @@ fn main() -> anyhow::Result<()> {
     let bars = Bars::new(args.quiet);
     draw_map(&preset, &args.out, &bars)?;
     let step = bars.step("the world on the flight's day");
-    let world = preset.world(&preset.flight_date);
+    let world = preset.flight_world();
     drop(step);
     let bar = bars.bar("frames");
     preset.flight.fly(&world, &args.out.join("flight"), &|done, all| bar.show(done, all))?;
@@ -97,7 +97,7 @@ fn main() -> anyhow::Result<()> {
 /// The map, its terrain, and what is true of it. The world of the map's day is dropped before that of the flight's day is painted.
 fn draw_map(preset: &Preset, out: &Path, bars: &Bars) -> anyhow::Result<()> {
     let step = bars.step("the world on the map's day");
-    let world = preset.world(&preset.map_date);
+    let world = preset.map_world();
     drop(step);
     let bar = bars.bar("map");
     let pixels = preset.map.draw(&world, &|done, all| bar.show(done, all));

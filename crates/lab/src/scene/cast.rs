@@ -16,7 +16,7 @@ struct Hit {
 impl World {
     /// The colour that a ray from `origin` sees. Scene coordinates; `direction` points down.
     pub fn seen(&self, origin: [f64; 3], direction: [f64; 3]) -> [f32; 3] {
-        let hit = self.cells.first_hit(origin, direction);
+        let hit = self.cells.first_hit(&Ray::new(origin, direction));
         let cells = &self.cells;
         let own = cells.colours[hit.cell].map(f32::from);
         let depth_m = f64::from(cells.tops_m[hit.cell]) - hit.point[2];
@@ -45,77 +45,124 @@ impl World {
     }
 }
 
-/// Moves a ray this far over a border, metres, so that rounding cannot leave it before the border.
-const OVER_M: f64 = 1e-7;
+/// A ray that points down.
+struct Ray {
+    origin: [f64; 3],
+    direction: [f64; 3],
+    /// One over the direction.
+    inverse: [f64; 3],
+}
+
+impl Ray {
+    fn new(origin: [f64; 3], direction: [f64; 3]) -> Self {
+        // A ray straight down leaves no cell.
+        let inverse = direction.map(|d| if d.abs() < 1e-12 { f64::MAX } else { 1.0 / d });
+        Self { origin, direction, inverse }
+    }
+
+    #[inline]
+    fn z_m(&self, t: f64) -> f64 {
+        self.origin[2] + t * self.direction[2]
+    }
+
+    /// Where it comes down to a height.
+    #[inline]
+    fn at_height(&self, z_m: f64) -> f64 {
+        (z_m - self.origin[2]) * self.inverse[2]
+    }
+
+    fn point(&self, t: f64) -> [f64; 3] {
+        std::array::from_fn(|axis| self.origin[axis] + t * self.direction[axis])
+    }
+}
+
+/// The squares of a grid that a ray crosses, one after the other.
+struct Walk {
+    square: [i64; 2],
+    step: [i64; 2],
+    /// Where the ray leaves the square on each axis.
+    next: [f64; 2],
+    /// From one border to the next.
+    delta: [f64; 2],
+}
+
+impl Walk {
+    /// Begins at `t` on a grid of squares of this side.
+    #[inline]
+    fn new(ray: &Ray, side_m: f64, t: f64) -> Self {
+        let mut walk = Self { square: [0; 2], step: [0; 2], next: [f64::MAX; 2], delta: [f64::MAX; 2] };
+        for axis in 0..2 {
+            let square = ((ray.origin[axis] + t * ray.direction[axis]) / side_m).floor();
+            walk.square[axis] = square as i64;
+            if ray.inverse[axis] != f64::MAX {
+                let is_up = ray.direction[axis] > 0.0;
+                walk.step[axis] = if is_up { 1 } else { -1 };
+                let edge = if is_up { square + 1.0 } else { square };
+                walk.next[axis] = (edge * side_m - ray.origin[axis]) * ray.inverse[axis];
+                walk.delta[axis] = side_m * ray.inverse[axis].abs();
+            }
+        }
+        walk
+    }
+
+    /// Where the ray leaves the square.
+    #[inline]
+    fn end(&self) -> f64 {
+        self.next[0].min(self.next[1])
+    }
+
+    #[inline]
+    fn advance(&mut self) {
+        let axis = usize::from(self.next[1] < self.next[0]);
+        self.square[axis] += self.step[axis];
+        self.next[axis] += self.delta[axis];
+    }
+}
 
 impl Cells {
     /// Walks block by block where the ray stays above all of a block, else cell by cell.
-    fn first_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Hit {
-        let run = direction[0].hypot(direction[1]).max(1e-12);
-        let over = OVER_M / run;
-        let block_m = self.cell_m * BLOCK as f64;
+    fn first_hit(&self, ray: &Ray) -> Hit {
         let across = self.columns.div_ceil(BLOCK);
         let down = self.rows.div_ceil(BLOCK);
-        let mut t = ((origin[2] - f64::from(self.highest_m) - 0.01) / -direction[2]).max(0.0);
+        let clamp = |v: i64, n: usize| v.clamp(0, n as i64 - 1) as usize;
+        let mut t = ray.at_height(f64::from(self.highest_m) + 0.01).max(0.0);
+        let mut blocks = Walk::new(ray, self.cell_m * BLOCK as f64, t);
         loop {
-            let at = |axis: usize| origin[axis] + t * direction[axis];
-            let block = [at(0), at(1)].map(|v| (v / block_m).floor());
-            let end = exit(origin, direction, block, block_m);
-            let clamp = |v: f64, n: usize| v.clamp(0.0, n as f64 - 1.0) as usize;
-            let top_m = self.block_tops_m[clamp(block[1], down) * across + clamp(block[0], across)];
-            if origin[2] + end * direction[2] <= f64::from(top_m) {
-                if let Some(hit) = self.hit_before(origin, direction, t, end) {
-                    return hit;
-                }
+            let end = blocks.end();
+            let top_m = self.block_tops_m[clamp(blocks.square[1], down) * across + clamp(blocks.square[0], across)];
+            if ray.z_m(end) <= f64::from(top_m)
+                && let Some(hit) = self.hit_between(ray, t, end)
+            {
+                return hit;
             }
-            t = end.max(t) + over;
+            t = end;
+            blocks.advance();
         }
     }
 
     /// The first hit on the way from `t` to `end`.
-    fn hit_before(&self, origin: [f64; 3], direction: [f64; 3], mut t: f64, end: f64) -> Option<Hit> {
-        let over = OVER_M / direction[0].hypot(direction[1]).max(1e-12);
+    fn hit_between(&self, ray: &Ray, mut t: f64, end: f64) -> Option<Hit> {
+        let mut walk = Walk::new(ray, self.cell_m, t);
         let mut before = None;
-        while t < end {
-            let place = [0, 1].map(|axis| ((origin[axis] + t * direction[axis]) / self.cell_m).floor());
-            let cell = self.index(place[0] as i64, place[1] as i64);
+        loop {
+            let cell = self.index(walk.square[0], walk.square[1]);
             let top_m = f64::from(self.tops_m[cell]);
-            let hit = |t: f64, is_side: bool| {
-                let point = [0, 1, 2].map(|axis| origin[axis] + t * direction[axis]);
-                let step = [0, 1].map(|axis| place[axis] as i64 - direction[axis].signum() as i64);
-                // Into a block the cell before is not known: the one that the steeper part of the ray came from.
-                let across = if direction[0].abs() > direction[1].abs() {
-                    [step[0], place[1] as i64]
-                } else {
-                    [place[0] as i64, step[1]]
-                };
-                let before = before.unwrap_or_else(|| self.index(across[0], across[1]));
-                Some(Hit { point, cell, before, is_side })
-            };
-            if origin[2] + t * direction[2] <= top_m {
-                return hit(t, true);
+            let out = walk.end();
+            let is_side = ray.z_m(t) <= top_m;
+            if is_side || ray.z_m(out) <= top_m {
+                // In the first cell of a block the one before is not known: that against the longer step of the ray.
+                let axis = usize::from(ray.direction[1].abs() > ray.direction[0].abs());
+                let back = |a: usize| walk.square[a] - if a == axis { walk.step[a] } else { 0 };
+                let before = before.unwrap_or_else(|| self.index(back(0), back(1)));
+                let at = if is_side { t } else { ray.at_height(top_m) };
+                return Some(Hit { point: ray.point(at), cell, before, is_side });
             }
-            let out = exit(origin, direction, place, self.cell_m);
-            if origin[2] + out * direction[2] <= top_m {
-                return hit((origin[2] - top_m) / -direction[2], false);
+            if out >= end {
+                return None;
             }
             before = Some(cell);
-            t = out.max(t) + over;
+            t = out;
+            walk.advance();
         }
-        None
     }
-}
-
-/// Where on a ray a square of this side ends.
-#[inline]
-fn exit(origin: [f64; 3], direction: [f64; 3], square: [f64; 2], side_m: f64) -> f64 {
-    let border = |axis: usize| {
-        let d = direction[axis];
-        if d.abs() < 1e-12 {
-            return f64::MAX;
-        }
-        let edge = (square[axis] + if d > 0.0 { 1.0 } else { 0.0 }) * side_m;
-        (edge - origin[axis]) / d
-    };
-    border(0).min(border(1))
 }

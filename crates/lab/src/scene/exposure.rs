@@ -100,20 +100,27 @@ impl Light {
         let weights: Vec<f32> = (-reach..=reach).map(|k| (-0.5 * (k as f32 / sigma_px).powi(2)).exp()).collect();
         let total: f32 = weights.iter().sum();
         let weights: Vec<f32> = weights.iter().map(|w| w / total).collect();
-        let pass = |from: &[[f32; 3]], step: usize, count: usize, stride: usize| {
-            let mut out = vec![[0f32; 3]; from.len()];
-            for (i, sum) in out.iter_mut().enumerate() {
-                let place = (i / stride % count) as i64;
+        let width = self.width;
+        let clamp = |v: i64, n: usize| v.clamp(0, n as i64 - 1) as usize;
+        let mut across = vec![[0f32; 3]; self.colours.len()];
+        for (from, to) in self.colours.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
+            for (column, sum) in to.iter_mut().enumerate() {
                 for (k, weight) in (-reach..=reach).zip(&weights) {
-                    let other = (place + k).clamp(0, count as i64 - 1) - place;
-                    let colour = &from[(i as i64 + other * step as i64) as usize];
+                    let colour = &from[clamp(column as i64 + k, width)];
                     (0..3).for_each(|c| sum[c] += weight * colour[c]);
                 }
             }
-            out
-        };
-        let across = pass(&self.colours, 1, self.width, 1);
-        Self { colours: pass(&across, self.width, self.height, self.width), ..self }
+        }
+        let mut colours = vec![[0f32; 3]; self.colours.len()];
+        for (row, to) in colours.chunks_exact_mut(width).enumerate() {
+            for (k, weight) in (-reach..=reach).zip(&weights) {
+                let first = clamp(row as i64 + k, self.height) * width;
+                for (sum, colour) in to.iter_mut().zip(&across[first..first + width]) {
+                    (0..3).for_each(|c| sum[c] += weight * colour[c]);
+                }
+            }
+        }
+        Self { colours, ..self }
     }
 
     /// Smeared along a path over the sensor, right and down, pixels.

@@ -144,11 +144,13 @@ impl<'a> Standing<'a> {
         true
     }
 
+    /// A tree; on another day its crown has another shape and size, and some are felled or planted.
     fn tree(&mut self, number: usize, uv: [f64; 2], radius_m: f64, seed: u32) {
-        // A few trees are felled and a few planted between two days.
-        if chance(self.date.seed_of(seed), 8, 1) < 0.12 {
+        let looks = self.date.seed_of(seed);
+        if chance(looks, 8, 1) < 0.2 {
             return;
         }
+        let radius_m = radius_m * (0.8 + 0.4 * f64::from(chance(looks, 8, 2)));
         if let Some(centre) = self.free(number, uv, -1.0) {
             let kind = chance(seed, 1, 1);
             let green = if kind < 0.2 { [52.0, 74.0, 50.0] } else { [68.0 + 22.0 * kind, 92.0 + 14.0 * kind, 46.0] };
@@ -156,9 +158,9 @@ impl<'a> Standing<'a> {
                 centre,
                 radius_m,
                 base_m: self.terrain.height_m(centre[0], centre[1]),
-                height_m: radius_m * (1.5 + 1.1 * f64::from(chance(seed, 2, 2))),
+                height_m: radius_m * (1.7 + 1.3 * f64::from(chance(seed, 2, 2))),
                 colour: self.date.tinted(green, if kind < 0.2 { 0.0 } else { 0.35 }),
-                seed,
+                seed: looks,
             }));
         }
     }
@@ -208,7 +210,7 @@ impl<'a> Standing<'a> {
                 &Plot { uv, half_m, eave_m: 2.3, rise_m: 0.8, roof, seed: hash(lot.seed, 2, 0), turn_rad },
             );
         }
-        self.garden_trees(number, lot, 3);
+        self.garden_trees(number, lot, 5);
         self.drive_car(number, lot);
     }
 
@@ -217,7 +219,7 @@ impl<'a> Standing<'a> {
         for k in 0..count {
             let draw = |n: u32| lot.draw(41 + 7 * k + n);
             let t = if draw(0) < 0.25 { 1.5 } else { lot.depth_m() * (0.55 + 0.45 * draw(1)) };
-            let radius_m = 0.9 + 3.4 * draw(2) * draw(3);
+            let radius_m = 0.9 + 4.6 * draw(2) * draw(3);
             self.tree(number, lot.uv([lot.width_m() * draw(4), t]), radius_m, hash(lot.seed, 60, k as i32));
         }
     }
