@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Draws a world with exact truth: a map, and a flight over it on another day.
 ///
-/// Memory: the cells of one day, 10 bytes each, and the map's pixels, 3 bytes each; --size-m is refused above 48 million cells. So at
-/// most 0.6 GB, and about 50 MB for each frame in work: a number of frames does not change it.
+/// Memory: the cells of one day, 10 bytes each, and the map's pixels, 3 bytes each; more than 48 million of either are refused. So at
+/// most 0.7 GB, and 40 MB more for each thread. The number of frames does not change it.
 #[derive(Parser)]
 #[command(verbatim_doc_comment)]
 struct Args {

@@ -8,7 +8,7 @@ use overfly_lab::scene::{
     TrackPlan, TrueColumns, World, lakes, mountains, town,
 };
 
-/// Most cells of a world.
+/// Most cells of a world, and most pixels of a map.
 const MOST_CELLS: f64 = 48e6;
 
 /// A kind of world.
@@ -53,6 +53,8 @@ impl Preset {
         };
         let cells = (usual.size_m / usual.cell_m()).powi(2);
         ensure!(cells <= MOST_CELLS, "--size-m {} makes {:.0} million cells; at most 48", usual.size_m, cells / 1e6);
+        let pixels = (usual.size_m / usual.map.gsd_m_per_px).powi(2);
+        ensure!(pixels <= MOST_CELLS, "--map-gsd-m-per-px makes {:.0} million pixels of map; at most 48", pixels / 1e6);
         let reach_m = 2.0 * usual.flight.track.margin_m;
         ensure!(usual.size_m > reach_m, "--size-m must exceed {reach_m} m: twice the reach of a frame and its prior");
         Ok(usual)
@@ -145,7 +147,7 @@ fn town_preset(args: &Args) -> Preset {
         gain: [1.04, 1.0, 0.96],
         gamma: 0.92,
         haze: 0.03,
-        noise: 3.2,
+        noise: 2.4,
         sharpening: 0.9,
     };
     let survey = Exposure {

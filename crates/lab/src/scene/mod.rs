@@ -19,6 +19,8 @@ mod orthophoto;
 mod pose;
 mod sun;
 mod terrain;
+#[cfg(test)]
+mod tests;
 mod town;
 mod track;
 pub mod utm;
