@@ -120,6 +120,15 @@ fn sun(azimuth_deg: f64, elevation_deg: f64) -> Sun {
     Sun { azimuth_deg, elevation_deg }
 }
 
+/// How far the nadir stays from the edge: the greatest height times what a ray of a corner leans, and the reach of a prior, metres. `usual`
+/// is the greatest height, metres, and angle off nadir, degrees; `corner`: half the frame's diagonal over the focal length.
+fn margin_m(args: &Args, usual: [f64; 2], corner: f64, prior_m: f64) -> f64 {
+    let height_m = args.height_m.map_or(usual[0], |range| range.0[1]);
+    let tilt_deg = args.tilt_deg.map_or(usual[1], |range| range.0[1]);
+    // Two degrees of wobble.
+    height_m * ((tilt_deg + 2.0).to_radians().tan() + corner) + prior_m
+}
+
 fn map_warp(args: &Args, common_m: f64, local_m: f64, wavelength_m: f64) -> MapWarp {
     let common_m = args.map_common_m.unwrap_or(common_m);
     let towards_rad = args.seed as f64 * 2.4;
@@ -135,31 +144,35 @@ fn true_columns(args: &Args) -> TrueColumns {
     if args.nadir_truth { TrueColumns::Nadir } else { TrueColumns::Centre }
 }
 
+/// A drone's camera: sharpened, contrasty.
+const DRONE: Exposure = Exposure {
+    defocus_px: 0.6,
+    motion_px: [0.0; 2],
+    vignette: 0.18,
+    gain: [1.04, 1.0, 0.96],
+    gamma: 0.92,
+    haze: 0.03,
+    noise: 2.4,
+    sharpening: 0.9,
+};
+
+/// The sensor of a town's map.
+const SURVEY: Exposure = Exposure {
+    defocus_px: 1.0,
+    vignette: 0.0,
+    gain: [0.98, 1.0, 1.02],
+    gamma: 1.05,
+    haze: 0.07,
+    noise: 2.0,
+    sharpening: 0.5,
+    ..DRONE
+};
+
 fn town_preset(args: &Args) -> Preset {
     let changed_share = args.changed_share.unwrap_or(0.5);
     let width_px = args.width_px.unwrap_or(1000);
     let mut intrinsics = Intrinsics::centred(width_px, width_px * 3 / 4, 0.84 * f64::from(width_px));
     intrinsics.distortion = [-0.018, 0.006, 0.0004, -0.0003, 0.0];
-    let sensor = Exposure {
-        defocus_px: 0.6,
-        motion_px: [0.0; 2],
-        vignette: 0.18,
-        gain: [1.04, 1.0, 0.96],
-        gamma: 0.92,
-        haze: 0.03,
-        noise: 2.4,
-        sharpening: 0.9,
-    };
-    let survey = Exposure {
-        defocus_px: 0.7,
-        vignette: 0.0,
-        gain: [0.98, 1.0, 1.02],
-        gamma: 1.05,
-        haze: 0.07,
-        noise: 2.0,
-        sharpening: 0.5,
-        ..sensor
-    };
     Preset {
         kind: WorldKind::Town,
         seed: args.seed,
@@ -172,7 +185,7 @@ fn town_preset(args: &Args) -> Preset {
             lean_deg: args.lean_deg.unwrap_or(20.0),
             sensor_azimuth_deg: 80.0,
             warp: map_warp(args, 5.0, 1.0, 130.0),
-            exposure: survey,
+            exposure: SURVEY,
             seed: args.seed,
         },
         flight: FlightPlan {
@@ -184,11 +197,11 @@ fn town_preset(args: &Args) -> Preset {
                 tilt_deg: pair(args.tilt_deg, [0.0, 13.0]),
                 wobble_deg: 0.8,
                 rate_deg_per_s: 5.0,
-                margin_m: 200.0,
+                margin_m: margin_m(args, [120.0, 13.0], 0.75, 80.0),
                 seed: flight_seed(args),
             },
             intrinsics,
-            exposure: sensor,
+            exposure: DRONE,
             shutter_s: 0.008,
             readout_s: 0.03,
             quality: 88,
@@ -244,7 +257,7 @@ fn mountains_preset(args: &Args) -> Preset {
                 tilt_deg: pair(args.tilt_deg, [0.0, 12.0]),
                 wobble_deg: 0.6,
                 rate_deg_per_s: 1.0,
-                margin_m: 3000.0,
+                margin_m: margin_m(args, [5000.0, 12.0], 0.32, 500.0),
                 seed: flight_seed(args),
             },
             intrinsics: Intrinsics::centred(width_px, width_px * 3 / 4, 2.0 * f64::from(width_px)),
@@ -288,7 +301,7 @@ fn lakes_preset(args: &Args) -> Preset {
                 tilt_deg: pair(args.tilt_deg, [0.0, 0.0]),
                 wobble_deg: 0.0,
                 rate_deg_per_s: 0.3,
-                margin_m: 1500.0,
+                margin_m: margin_m(args, [2200.0, 0.0], 0.4, 500.0),
                 seed: flight_seed(args),
             },
             intrinsics: Intrinsics::centred(width_px, width_px * 3 / 4, 1.5625 * f64::from(width_px)),

@@ -1,8 +1,9 @@
 //! What stands in a town: houses, sheds, halls, trees, cars.
 
-use super::district::{Block, MAIN_HALF_M, MAIN_REACH_M, TownLayout, Use};
-use super::ground::{is_car_park, is_street};
+use super::district::{Block, MAIN_REACH_M, TownLayout, Use};
+use super::ground::is_car_park;
 use super::lot::{Lot, lots};
+use super::paint::{LEVEL, PAINTS, PITCHED, WALLS, pick};
 use crate::scene::building::{Building, Roof};
 use crate::scene::date::SceneDate;
 use crate::scene::noise::{chance, hash};
@@ -10,58 +11,17 @@ use crate::scene::objects::{SceneObject, Slab, Tree};
 use crate::scene::terrain::Terrain;
 
 /// The reach of a district from its middle, metres.
-const REACH_M: f64 = 330.0;
+pub(super) const REACH_M: f64 = 330.0;
 
 /// Everything that stands in a town on a day.
 pub struct Standing<'a> {
-    layout: &'a TownLayout,
-    terrain: &'a Terrain,
-    date: &'a SceneDate,
+    pub(super) layout: &'a TownLayout,
+    pub(super) terrain: &'a Terrain,
+    pub(super) date: &'a SceneDate,
     /// What was placed.
     pub objects: Vec<SceneObject>,
     /// The buildings, by number.
     pub buildings: Vec<Building>,
-}
-
-const PITCHED: [[f32; 3]; 8] = [
-    [152.0, 88.0, 66.0],
-    [134.0, 82.0, 66.0],
-    [116.0, 88.0, 74.0],
-    [96.0, 88.0, 84.0],
-    [84.0, 86.0, 92.0],
-    [104.0, 104.0, 108.0],
-    [168.0, 104.0, 78.0],
-    [128.0, 122.0, 114.0],
-];
-const LEVEL: [[f32; 3]; 6] = [
-    [164.0, 158.0, 148.0],
-    [96.0, 96.0, 98.0],
-    [198.0, 198.0, 194.0],
-    [140.0, 138.0, 134.0],
-    [118.0, 126.0, 128.0],
-    [176.0, 164.0, 146.0],
-];
-const WALLS: [[f32; 3]; 6] = [
-    [206.0, 200.0, 188.0],
-    [188.0, 170.0, 140.0],
-    [150.0, 104.0, 84.0],
-    [196.0, 186.0, 150.0],
-    [168.0, 164.0, 160.0],
-    [216.0, 214.0, 208.0],
-];
-const PAINTS: [[f32; 3]; 8] = [
-    [222.0, 222.0, 220.0],
-    [36.0, 38.0, 42.0],
-    [150.0, 154.0, 158.0],
-    [104.0, 108.0, 112.0],
-    [150.0, 42.0, 38.0],
-    [44.0, 72.0, 124.0],
-    [196.0, 198.0, 200.0],
-    [66.0, 70.0, 64.0],
-];
-
-fn pick<const N: usize>(colours: &[[f32; 3]; N], draw: f32, shade: f32) -> [f32; 3] {
-    colours[((draw * N as f32) as usize).min(N - 1)].map(|c| c * (0.88 + 0.24 * shade))
 }
 
 /// A rectangle for a building, in the district's coordinates.
@@ -78,7 +38,7 @@ struct Plot {
 }
 
 impl<'a> Standing<'a> {
-    /// Places everything.
+    /// Places houses, trees and what stands beside them.
     pub fn new(layout: &'a TownLayout, terrain: &'a Terrain, date: &'a SceneDate) -> Self {
         let mut standing = Self { layout, terrain, date, objects: Vec::new(), buildings: Vec::new() };
         for number in 0..layout.districts.len() {
@@ -94,10 +54,8 @@ impl<'a> Standing<'a> {
                     Use::Works => standing.works(number, &block),
                     Use::Park => standing.grove(number, &block, 70),
                 }
-                standing.streetside(number, &block);
             }
         }
-        standing.main_road_cars();
         standing
     }
 
@@ -145,7 +103,7 @@ impl<'a> Standing<'a> {
     }
 
     /// A tree; on another day its crown has another shape and size, and some are felled or planted.
-    fn tree(&mut self, number: usize, uv: [f64; 2], radius_m: f64, seed: u32) {
+    pub(super) fn tree(&mut self, number: usize, uv: [f64; 2], radius_m: f64, seed: u32) {
         let looks = self.date.seed_of(seed);
         if chance(looks, 8, 1) < 0.2 {
             return;
@@ -234,14 +192,14 @@ impl<'a> Standing<'a> {
     }
 
     /// A car (some are vans) along an axis of the district.
-    fn car(&mut self, number: usize, uv: [f64; 2], axis: usize, looks: u32) {
+    pub(super) fn car(&mut self, number: usize, uv: [f64; 2], axis: usize, looks: u32) {
         if let Some(centre) = self.free(number, uv, 0.5) {
             let [ux, uy] = self.layout.districts[number].along(uv);
             self.park(centre, if axis == 0 { [ux, uy] } else { [-uy, ux] }, looks);
         }
     }
 
-    fn park(&mut self, centre: [f64; 2], along: [f64; 2], looks: u32) {
+    pub(super) fn park(&mut self, centre: [f64; 2], along: [f64; 2], looks: u32) {
         let draw = |n: i32| chance(looks, n, 12);
         let is_van = draw(0) < 0.12;
         let is_backwards = draw(1) < 0.5;
@@ -358,64 +316,6 @@ impl<'a> Standing<'a> {
             let uv = [u0 + draw(0) * (u1 - u0), v0 + draw(1) * (v1 - v0)];
             if !(district.used == Use::Flats && is_car_park(&district, block, uv)) {
                 self.tree(number, uv, 1.6 + 4.2 * draw(2) * draw(3), hash(seed, k, 9));
-            }
-        }
-    }
-
-    /// Parked cars and trees along the two streets at a block's first u and first v.
-    fn streetside(&mut self, number: usize, block: &Block) {
-        let district = self.layout.districts[number];
-        let (half_m, seed) = (district.half_m, block.seed(&district));
-        if district.used == Use::Park {
-            return;
-        }
-        let has_trees = chance(district.seed, 63, 0) < 0.55;
-        let [u0, u1, v0, v1] = block.edges_m;
-        let [i, j] = block.number;
-        for (axis, from, to, line) in [(0, u0, u1, v0), (1, v0, v1, u0)] {
-            let is_built = if axis == 0 { is_street(&district, 1, j, i) } else { is_street(&district, 0, i, j) };
-            if !is_built {
-                continue;
-            }
-            let count = ((to - from - 2.0 * half_m - 10.0) / 6.2).max(0.0) as i32;
-            for k in 0..count {
-                for side in [-1.0, 1.0] {
-                    let along = from + half_m + 5.0 + 6.2 * (f64::from(k) + 0.5);
-                    let own = hash(seed, 2 * k + i32::from(side > 0.0), 30 + axis as i32);
-                    let at = |across: f64| {
-                        if axis == 0 { [along, line + side * across] } else { [line + side * across, along] }
-                    };
-                    let looks = self.date.seed_of(own);
-                    if chance(looks, 31, 0) < 0.42 {
-                        self.car(number, at(half_m - 1.05), axis, looks);
-                    }
-                    if has_trees && k % 2 == 0 && chance(own, 32, 0) < 0.7 {
-                        self.tree(number, at(half_m + 1.3), 1.6 + 1.9 * f64::from(chance(own, 33, 0)), own);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Traffic: found by trying points of a grid and moving each into a lane of the main road it is near.
-    fn main_road_cars(&mut self) {
-        let size_m = [self.terrain.columns, self.terrain.rows].map(|n| (n - 1) as f64 * self.terrain.spacing_m);
-        let pitch_m = 13.0;
-        for j in 0..(size_m[1] / pitch_m) as i32 {
-            for i in 0..(size_m[0] / pitch_m) as i32 {
-                let looks = hash(self.date.number ^ 0x3a, i, j);
-                let draw = |n: i32| f64::from(chance(looks, n, 40));
-                let [x, y] = [(f64::from(i) + draw(0)) * pitch_m, (f64::from(j) + draw(1)) * pitch_m];
-                let border = |x: f64, y: f64| self.layout.place(x, y).border_m;
-                let (b, bx, by) = (border(x, y), border(x + 0.5, y), border(x, y + 0.5));
-                let (gx, gy) = (2.0 * (bx - b), 2.0 * (by - b));
-                let norm = gx.hypot(gy);
-                if b < MAIN_HALF_M && norm > 0.6 && draw(2) < 0.5 {
-                    let lane_m = if draw(3) < 0.35 { MAIN_HALF_M - 1.1 } else { 1.9 };
-                    let step_m = (lane_m - b) / norm;
-                    let centre = [x + gx / norm * step_m, y + gy / norm * step_m];
-                    self.park(centre, [-gy / norm, gx / norm], looks);
-                }
             }
         }
     }
