@@ -57,7 +57,7 @@ struct Args {
     /// Lowest and highest height above the ground, metres [default: 100,120, 3000,5000 and 2200,2200].
     #[arg(long, value_parser = preset::parse_range)]
     height_m: Option<Range>,
-    /// Least and greatest angle off nadir, degrees, in a direction drawn for each line [default: 0,13, 0,12 and 0,0].
+    /// Least and greatest angle off nadir, degrees, in a direction drawn for each line [default: 3,13, 0,12 and 0,0].
     #[arg(long, value_parser = preset::parse_range)]
     tilt_deg: Option<Range>,
     /// State pitch and roll in flight.csv, and the lens in camera.toml; else both are 0 there.

@@ -14,7 +14,7 @@ const MOST_CELLS: f64 = 48e6;
 /// A kind of world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum WorldKind {
-    /// Blocks and houses, 100 to 120 m below a drone that tilts by 0 to 13 degrees.
+    /// Blocks and houses, 100 to 120 m below a drone that tilts by 3 to 13 degrees.
     Town,
     /// Ridges, forest and valleys, 3 to 5 km below an aircraft, with several hundred metres of relief in a frame.
     Mountains,
@@ -191,10 +191,11 @@ fn town_preset(args: &Args) -> Preset {
         flight: FlightPlan {
             track: TrackPlan {
                 frames: args.frames,
+                line_frames: 6,
                 step_m: 30.0,
                 speed_mps: 10.0,
                 height_m: pair(args.height_m, [100.0, 120.0]),
-                tilt_deg: pair(args.tilt_deg, [0.0, 13.0]),
+                tilt_deg: pair(args.tilt_deg, [3.0, 13.0]),
                 wobble_deg: 0.8,
                 rate_deg_per_s: 5.0,
                 margin_m: margin_m(args, [120.0, 13.0], 0.75, 80.0),
@@ -251,6 +252,7 @@ fn mountains_preset(args: &Args) -> Preset {
         flight: FlightPlan {
             track: TrackPlan {
                 frames: args.frames,
+                line_frames: 8,
                 step_m: 400.0,
                 speed_mps: 70.0,
                 height_m: pair(args.height_m, [3000.0, 5000.0]),
@@ -295,6 +297,7 @@ fn lakes_preset(args: &Args) -> Preset {
         flight: FlightPlan {
             track: TrackPlan {
                 frames: args.frames,
+                line_frames: 16,
                 step_m: 180.0,
                 speed_mps: 45.0,
                 height_m: pair(args.height_m, [2200.0, 2200.0]),

@@ -118,7 +118,7 @@ impl Building {
         }
         let patch = smooth(self.fittings_seed ^ 3, a / 5.0, b / 5.0) * 0.12;
         let grit = smooth(self.seed ^ 4, a / 0.5, b / 0.5) * 0.05;
-        let seam = if (hash(self.seed, 1, 1) % 3 == 0) && a.rem_euclid(2.5) < 0.16 { -0.12 } else { 0.0 };
+        let seam = if hash(self.seed, 1, 1).is_multiple_of(3) && a.rem_euclid(2.5) < 0.16 { -0.12 } else { 0.0 };
         (self.roof_colour.map(|c| c * (1.0 + patch + grit + seam)), 0.0)
     }
 

@@ -103,7 +103,7 @@ impl Slab {
         let mut height_m = self.height_m;
         if self.is_car {
             let t = a / self.half_m[0];
-            if t > 0.45 || t < -0.78 {
+            if !(-0.78..=0.45).contains(&t) {
                 height_m *= 0.62;
             }
             if (0.22..0.5).contains(&t) || (-0.82..-0.62).contains(&t) || b.abs() > 0.82 * self.half_m[1] {

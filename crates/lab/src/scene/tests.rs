@@ -181,6 +181,7 @@ fn small_flight() -> FlightPlan {
     FlightPlan {
         track: TrackPlan {
             frames: 5,
+            line_frames: 3,
             step_m: 60.0,
             speed_mps: 30.0,
             height_m: [500.0, 600.0],

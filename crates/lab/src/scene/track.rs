@@ -23,6 +23,8 @@ pub struct Shot {
 pub struct TrackPlan {
     /// Frames.
     pub frames: usize,
+    /// Most frames of a line: pitch and roll keep their means along it.
+    pub line_frames: usize,
     /// From one frame to the next, metres.
     pub step_m: f64,
     /// Speed, metres per second.
@@ -49,7 +51,8 @@ impl TrackPlan {
         let mut time_s = 0.0;
         while shots.len() < self.frames {
             let line = Line::draw(self, world, &mut rng);
-            let count = ((line.length_m / self.step_m) as usize).max(1).min(self.frames - shots.len());
+            let count =
+                ((line.length_m / self.step_m) as usize).clamp(1, self.line_frames).min(self.frames - shots.len());
             for k in 0..count {
                 shots.push(self.shot(&line, k as f64 * self.step_m, time_s, world, &mut rng));
                 time_s += self.step_m / self.speed_mps;
