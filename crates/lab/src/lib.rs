@@ -2,4 +2,5 @@
 
 pub mod explain;
 pub mod report;
+pub mod scene;
 pub mod trial;

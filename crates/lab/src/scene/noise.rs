@@ -1,6 +1,7 @@
 //! Repeatable noise: a value for every point of the plane, the same on every run and every thread.
 
 /// A well-mixed 32-bit number of three integers.
+#[inline]
 pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     let mut h =
         seed.wrapping_mul(0x9e37_79b9) ^ (x as u32).wrapping_mul(0x85eb_ca6b) ^ (y as u32).wrapping_mul(0xc2b2_ae35);
@@ -10,11 +11,13 @@ pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
 }
 
 /// Like [`hash`], in [0, 1).
+#[inline]
 pub fn chance(seed: u32, x: i32, y: i32) -> f32 {
     (hash(seed, x, y) >> 8) as f32 / (1u32 << 24) as f32
 }
 
 /// Smooth value noise in [-1, 1] with features of size one.
+#[inline]
 pub fn smooth(seed: u32, x: f64, y: f64) -> f32 {
     let (ix, iy) = (x.floor(), y.floor());
     let ease = |t: f64| (t * t * (3.0 - 2.0 * t)) as f32;
