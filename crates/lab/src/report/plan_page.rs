@@ -15,14 +15,22 @@ const HEIGHT_WITHOUT_MAP_PX: usize = 600;
 pub fn plan_html(forecast: &Forecast, text: &str, route: Option<(&RouteForecast, Option<&Mosaic>)>) -> String {
     let body = html! {
         @if let Some((route, mosaic)) = route { (route_map(route, mosaic)) }
-        section { h2 { "Figures" } pre { (text) } }
+        section { h2 { "Figures" } pre { @for line in text.lines() { (figures_line(line)) } } }
         section {
             h2 { "Plots" }
             div class="plots" { @for (_, plot) in plan_svgs(forecast) { figure { (PreEscaped(plot)) } } }
         }
     };
-    let introduction = html! { (forecast.advice.why) };
+    let introduction = html! { (forecast.verdict(route.map(|(route, _)| route))) };
     Page { title: "overfly: plan", heading: "Plan", introduction, body, script: "" }.into_html()
+}
+
+/// Longest line of a table, characters; what is longer is a sentence, and wraps.
+const TABLE_CHARS: usize = 108;
+
+fn figures_line(line: &str) -> Markup {
+    let is_sentence = line.chars().count() > TABLE_CHARS;
+    html! { @if is_sentence { span class="sentence" { (line) } } @else { (line) "\n" } }
 }
 
 fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> Markup {
@@ -45,16 +53,24 @@ fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> Markup {
         section {
             h2 { "Route" }
             p class="legend" {
-                span class="key right" {} "a fix is expected " span class="key false" {} "no fix is expected"
+                span class="key track" {} "the route " span class="key right" {} "a fix is expected "
+                span class="key false" {} "no fix is expected"
             }
             svg class="map" viewBox=(view_box) role="img" aria-label="map of the route" {
                 @if let Some((_, (small, _))) = &picture {
                     image width=(width) height=(height) href=(data_url(small, 78)) {}
                 }
+                (track(route.steps.iter().filter_map(&place)))
                 @for s in &route.steps { @if let Some(at) = place(s) { (step(s, at)) } }
             }
         }
     }
+}
+
+/// The line of the route, below its steps.
+fn track(points: impl Iterator<Item = [f64; 2]>) -> Markup {
+    let points = points.map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ");
+    html! { polyline class="track-edge" points=(points) {} polyline class="track" points=(points) {} }
 }
 
 fn step(s: &RouteStep, at: [f64; 2]) -> Markup {
