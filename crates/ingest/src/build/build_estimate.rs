@@ -20,6 +20,8 @@ pub struct BuildEstimate {
     pub min_zoom: u8,
     /// Levels by which its finest zoom is finer than the finest source.
     pub finer_by: u8,
+    /// Levels by which its finest zoom is coarser than the layer has been: they would be removed.
+    pub coarser_by: u8,
     /// Sources that the layer would have.
     pub sources: usize,
     /// Those of its sources that have no acquisition date.
@@ -76,6 +78,7 @@ fn estimate(
         base_zoom: plan.declaration.base_zoom,
         min_zoom: plan.declaration.min_zoom,
         finer_by: plan.finer_by,
+        coarser_by: plan.coarser_by,
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
         unknown_errors: plan.unknown_errors(),

@@ -2,7 +2,7 @@
 
 use super::error::{MAX_TILES, Rejected};
 use super::outline::Outline;
-use super::request::Request;
+use super::request::{Request, future_day};
 use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash};
 use crate::remedy::Remedy;
 use overfly_core::geodesy::Geodetic;
@@ -41,6 +41,9 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
         gsd_m_per_px: description.gsd_m_per_px,
         outline_deg: description.outline.iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect(),
     };
+    if let Some(rejected) = source.acquired.as_deref().and_then(|date| future(path, date, request)) {
+        return Err(rejected);
+    }
     if !has_valid_pixel(&photo, &source)? {
         return Err(Rejected {
             path: path.into(),
@@ -54,6 +57,17 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
         });
     }
     Ok(DeclaredSource { source, pixels: description.width_px.saturating_mul(description.height_px) })
+}
+
+/// Why a source is left out whose metadata state a date of the future.
+fn future(path: &Path, date: &str, request: &Request) -> Option<Rejected> {
+    let (day, today) = future_day(date, request.today)?;
+    Some(Rejected {
+        path: path.into(),
+        code: "future_date",
+        message: format!("{}: its metadata date it {day}, in the future: today is {today} (UTC)", path.display()),
+        remedy: Some(Remedy::StateDate),
+    })
 }
 
 /// The error of a source, metres: the stated one, at least that of its CRS. `None` where none is stated, unless that of the CRS alone is
