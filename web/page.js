@@ -77,6 +77,8 @@ async function start() {
     $("service").textContent = `${store.service}, version ${store.program_version}`;
     $("digest").textContent = `digest ${store.digest.slice(0, 12)}`;
     $("digest").title = store.digest;
+    const mission = [store.name, store.serial === null ? null : `serial ${store.serial}`, store.valid_until && `valid until ${store.valid_until}`];
+    $("mission").textContent = mission.filter(Boolean).join(", ");
     state.layers = store.layers.filter((l) => l.complete).map(withExtent);
     $("layer").replaceChildren(...state.layers.map((l) => new Option(l.name, l.name)));
     if (state.layers.some((l) => l.name === "ortho")) $("layer").value = "ortho";

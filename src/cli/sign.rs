@@ -26,7 +26,7 @@ pub struct Args {
     /// The secret key to sign with (see `overfly keygen`).
     #[arg(long, value_name = "KEY")]
     key: PathBuf,
-    /// The file to write.
+    /// The file to write; an export there is replaced, a map is not.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }

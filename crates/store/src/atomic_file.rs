@@ -23,7 +23,7 @@ pub enum FileKind {
 
 impl FileKind {
     /// Returns the kind of a file that begins with `head`: `None` for a file of another program.
-    fn of(head: &[u8]) -> Option<Self> {
+    fn from_head(head: &[u8]) -> Option<Self> {
         match head {
             _ if is_export(head) => Some(Self::Export),
             _ if is_geopackage(head) => Some(Self::Map),
@@ -209,7 +209,7 @@ fn require_kind(target: &Path, kind: FileKind) -> Result<(), StoreError> {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(e) => return Err(StoreError::io(target, e)),
     };
-    let found = FileKind::of(&head);
+    let found = FileKind::from_head(&head);
     if head.is_empty() || kind.replaces(found) {
         return Ok(());
     }

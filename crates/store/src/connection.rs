@@ -1,5 +1,6 @@
 //! Opens the SQLite file: for reading, for immutable reading, for writing.
 
+use super::busy::wait;
 use super::error::StoreError;
 use super::geometry::register_functions;
 use super::side_files::{refuse_side_files, side_files};
@@ -16,7 +17,7 @@ pub const APPLICATION_ID: i32 = 0x4750_4B47;
 pub const USER_VERSION: i32 = 10300;
 /// Large pages keep the overflow chains short: a tile has tens of kilobytes.
 const PAGE_SIZE: u32 = 16384;
-/// How long to wait for a transaction of another program.
+/// How long a reader waits for a transaction of another program; see [`wait`] for writers.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// How a store is opened for reading.
@@ -260,7 +261,7 @@ pub(super) fn create_draft(draft: &Path, contract: &str, version: u32) -> rusqli
 }
 
 fn prepare_write(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(BUSY_TIMEOUT)?;
+    connection.busy_handler(Some(wait))?;
     connection.set_prepared_statement_cache_capacity(64);
     register_functions(connection)?;
     // Without cache spill the file is locked only while a transaction commits.

@@ -5,6 +5,7 @@
 
 mod atomic_file;
 mod bounded_file;
+mod busy;
 mod cache_limits;
 mod cells;
 mod connection;
@@ -58,6 +59,7 @@ mod writer;
 
 pub use atomic_file::{AtomicFile, FileKind, PATCH_MAGIC, file_len};
 pub use bounded_file::{read_bounded, read_bounded_text, read_small_text, require_regular};
+pub use busy::while_waiting;
 pub use cache_limits::CacheLimits;
 pub use connection::migrate;
 pub use connection::{APPLICATION_ID, USER_VERSION, clear_journal};

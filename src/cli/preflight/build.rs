@@ -7,11 +7,15 @@ use crate::cli::output::Output;
 use crate::cli::preflight::interrupt::Interrupt;
 use crate::cli::preflight::remedy::explain_rejected;
 use crate::today::today;
-use overfly_ingest::build::{self, BuildEstimate, BuildSummary, Progress, Rejected, Request};
-use overfly_store::{LayerChange, Reader, Terms, change_layer};
+use indicatif::ProgressBar;
+use overfly_ingest::build::{
+    self, BuildError, BuildEstimate, BuildSummary, OverriddenCrs, Progress, Rejected, Request,
+};
+use overfly_store::{LayerChange, Reader, StoreError, Terms, change_layer, while_waiting};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::time::Duration;
 
 const HELP: &str = "\
 A layer is one epoch of imagery; a store holds any number of layers. Running build again on a layer adds to it, and continues an
@@ -98,6 +102,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         name_rejected(output, &estimate.rejected);
         name_undated(output, estimate.undated_sources, estimate.sources);
         name_unknown_errors(output, estimate.unknown_errors, estimate.sources);
+        name_overridden_crs(output, &estimate.overridden_crs);
         let size = format!("about {:.1} MB", estimate.estimated_bytes as f64 / 1e6);
         let tiles = estimate.base_tiles + estimate.overview_tiles;
         let warnings = too_fine(estimate.finer_by, tiles, &size).into_iter();
@@ -117,15 +122,40 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         bar.set_position(state.done as u64);
         if interrupt.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let outcome = build::run(&request, &mut progress);
+    let outcome = waiting(&request, (output, &bar, &interrupt), || build::run(&request, &mut progress));
     bar.finish_and_clear();
     let mut summary = outcome?;
     explain_rejected(&mut summary.rejected);
     name_rejected(output, &summary.rejected);
     name_undated(output, summary.undated_sources, summary.sources);
     name_unknown_errors(output, summary.unknown_errors, summary.sources);
+    name_overridden_crs(output, &summary.overridden_crs);
     output.say(&summary, || describe(&summary));
     Ok(exit(&summary.rejected))
+}
+
+/// How long another build is waited for without a word.
+const SILENT: Duration = Duration::from_secs(1);
+
+/// Runs a build. Says that it waits for another build of the store, and ends that waiting when the user wants so.
+fn waiting(
+    request: &Request,
+    (output, bar, interrupt): (&Output, &ProgressBar, &Interrupt),
+    work: impl FnOnce() -> Result<BuildSummary, BuildError>,
+) -> Result<BuildSummary, BuildError> {
+    let text = format!("waiting for another build of {}", request.db.display());
+    let (output, bar, watched) = (*output, bar.clone(), interrupt.clone());
+    let mut told = false;
+    let on_wait = move |waited| {
+        if waited > SILENT && !std::mem::replace(&mut told, true) {
+            bar.suspend(|| output.note(&text));
+        }
+        if watched.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    match while_waiting(on_wait, work) {
+        Err(BuildError::Store(StoreError::Busy { .. })) if interrupt.came() => Err(BuildError::Cancelled),
+        outcome => outcome,
+    }
 }
 
 impl Args {
@@ -139,7 +169,7 @@ impl Args {
         let names: Vec<&str> = store.layers().iter().map(|layer| layer.name.as_str()).collect();
         (!names.contains(&self.layer())).then(|| {
             format!(
-                "WARNING: {} has the layers {}, and this build makes another one, {}: --layer names the layer to build",
+                "WARNING: {} has other layers ({}), and this build makes one more, {}: --layer names the layer to build",
                 self.db.display(),
                 names.join(", "),
                 self.layer()
@@ -208,6 +238,13 @@ fn name_unknown_errors(output: &Output, unknown: usize, sources: usize) {
             "note: nothing states the position error of {which}, and fixes count with half a pixel, at least 3 m: set it with --horizontal-error-m"
         ));
     }
+}
+
+fn name_overridden_crs(output: &Output, overridden: &[OverriddenCrs]) {
+    let Some(first) = overridden.first() else { return };
+    let more = if overridden.len() > 1 { format!(", and {} more", overridden.len() - 1) } else { String::new() };
+    let OverriddenCrs { path, own, given } = first;
+    output.note(&format!("note: --crs {given} overrides what {} says: {own}{more}", path.display()));
 }
 
 /// Levels finer than the imagery from which a build warns: each level has four times the tiles of the one before.

@@ -50,7 +50,7 @@ pub struct Args {
     /// W: width of the corridor on each side of the route: metres, or with a unit (m, km, ft, nmi or NM), as in 0.4km or 1300ft.
     #[arg(long, value_name = "W", value_parser = positive_metres)]
     corridor_m: f64,
-    /// The file to write.
+    /// The file to write; an export there is replaced, a map is not.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Export only this layer; may be repeated [default: all].

@@ -1,6 +1,7 @@
 //! `BuildEstimate`: the size and the duration of a build, estimated from a few tiles. Nothing is written.
 
 use super::build_plan::BuildPlan;
+use super::declare::OverriddenCrs;
 use super::error::{BuildError, Rejected};
 use super::gather::{gather, require_work};
 use super::request::Request;
@@ -28,6 +29,8 @@ pub struct BuildEstimate {
     pub undated_sources: usize,
     /// Those of its sources whose position error nothing states.
     pub unknown_errors: usize,
+    /// Those of the given sources whose own CRS the request overrides.
+    pub overridden_crs: Vec<OverriddenCrs>,
     /// Base tiles to compute.
     pub base_tiles: usize,
     /// Overviews to compute.
@@ -55,7 +58,9 @@ pub fn dry_run(request: &Request) -> Result<BuildEstimate, BuildError> {
     let draft = LayerState::read(&request.db, &request.layer)?;
     require_work(request, &draft, &given, &rejected)?;
     let plan = BuildPlan::new(request, &draft, &given)?;
-    estimate(&plan, request, !request.db.exists(), rejected)
+    let overridden_crs = given.iter().filter_map(|g| g.overridden_crs.clone()).collect();
+    let estimated = estimate(&plan, request, !request.db.exists(), rejected)?;
+    Ok(BuildEstimate { overridden_crs, ..estimated })
 }
 
 /// Estimates a plan by making a few of its tiles.
@@ -82,6 +87,7 @@ fn estimate(
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
         unknown_errors: plan.unknown_errors(),
+        overridden_crs: Vec::new(),
         base_tiles,
         overview_tiles,
         kept_tiles: plan.required.len() - plan.jobs(),

@@ -8,7 +8,8 @@ use crate::remedy::Remedy;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::tile::zoom_for_gsd;
 use overfly_store::{Source, default_error_m};
-use std::path::Path;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// A given source and its size.
 #[derive(Debug, Clone)]
@@ -17,6 +18,19 @@ pub struct DeclaredSource {
     pub source: Source,
     /// The number of its pixels.
     pub pixels: u64,
+    /// The CRS that the file states and the request overrides.
+    pub overridden_crs: Option<OverriddenCrs>,
+}
+
+/// A source whose own CRS the request overrides.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct OverriddenCrs {
+    /// The source.
+    pub path: PathBuf,
+    /// What its file states.
+    pub own: String,
+    /// What the request states, and counts.
+    pub given: String,
 }
 
 /// Opens, hashes and describes a file, and checks that it has a valid pixel.
@@ -56,7 +70,13 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
             remedy: Some(Remedy::CheckValidPixels),
         });
     }
-    Ok(DeclaredSource { source, pixels: description.width_px.saturating_mul(description.height_px) })
+    let overridden =
+        |own: &String| OverriddenCrs { path: path.into(), own: own.clone(), given: description.crs.clone() };
+    Ok(DeclaredSource {
+        source,
+        pixels: description.width_px.saturating_mul(description.height_px),
+        overridden_crs: description.overridden_crs.as_ref().map(overridden),
+    })
 }
 
 /// Why a source is left out whose metadata state a date of the future.

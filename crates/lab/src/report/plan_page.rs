@@ -56,12 +56,12 @@ fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> Markup {
                 span class="key track" {} "the route " span class="key right" {} "a fix is expected "
                 span class="key false" {} "no fix is expected"
             }
-            svg class="map" viewBox=(view_box) role="img" aria-label="map of the route" {
+            svg class="map route" viewBox=(view_box) role="img" aria-label="map of the route" {
                 @if let Some((_, (small, _))) = &picture {
                     image width=(width) height=(height) href=(data_url(small, 78)) {}
                 }
                 (track(route.steps.iter().filter_map(&place)))
-                @for s in &route.steps { @if let Some(at) = place(s) { (step(s, at)) } }
+                @for s in &route.steps { @if let Some(at) = place(s) { (step(s, at, (right - left) / 200.0)) } }
             }
         }
     }
@@ -73,7 +73,8 @@ fn track(points: impl Iterator<Item = [f64; 2]>) -> Markup {
     html! { polyline class="track-edge" points=(points) {} polyline class="track" points=(points) {} }
 }
 
-fn step(s: &RouteStep, at: [f64; 2]) -> Markup {
+/// A step as a dot, with its figures. Position and radius are in units of the picture.
+fn step(s: &RouteStep, at: [f64; 2], radius: f64) -> Markup {
     let class = if s.fix_expected { "fix right" } else { "fix false" };
     let [x, y] = at.map(|v| format!("{v:.1}"));
     let title = format!(
@@ -84,7 +85,7 @@ fn step(s: &RouteStep, at: [f64; 2]) -> Markup {
         s.distinctiveness,
         s.execution_s
     );
-    html! { circle class=(class) cx=(x) cy=(y) r="6" { title { (title) } } }
+    html! { circle class=(class) cx=(x) cy=(y) r=(format!("{radius:.2}")) { title { (title) } } }
 }
 
 /// The box around the picture and the route: left, top, right, bottom. A route farther away than five pictures is cut.
