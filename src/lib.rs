@@ -6,3 +6,4 @@
 pub mod cli;
 mod ground_motion;
 pub mod server;
+mod today;

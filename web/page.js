@@ -77,6 +77,8 @@ async function start() {
     $("service").textContent = `${store.service}, version ${store.program_version}`;
     $("digest").textContent = `digest ${store.digest.slice(0, 12)}`;
     $("digest").title = store.digest;
+    const mission = [store.name, store.serial === null ? null : `serial ${store.serial}`, store.valid_until && `valid until ${store.valid_until}`];
+    $("mission").textContent = mission.filter(Boolean).join(", ");
     state.layers = store.layers.filter((l) => l.complete).map(withExtent);
     $("layer").replaceChildren(...state.layers.map((l) => new Option(l.name, l.name)));
     if (state.layers.some((l) => l.name === "ortho")) $("layer").value = "ortho";
@@ -107,9 +109,15 @@ function chooseLayer() {
   const edge = gsd * 512;
   const size = Number(edge.toPrecision(2));
   const defaults = { across_m: size, along_m: Number((edge * 0.75).toPrecision(2)), drift_m: Number((edge / 2).toPrecision(1)), inaccuracy_m: Number((gsd * 10).toPrecision(1)), sigma_east_m: Number((edge / 3).toPrecision(1)), sigma_north_m: Number((edge / 3).toPrecision(1)) };
-  for (const [name, value] of Object.entries(defaults)) $("question").elements[name].value = value;
-  $("fix").elements.gsd_m_per_px.value = Number((gsd).toPrecision(3));
+  for (const [name, value] of Object.entries(defaults)) suggest($("question").elements[name], value);
+  suggest($("fix").elements.gsd_m_per_px, Number((gsd).toPrecision(3)));
   clear();
+}
+
+// Puts a value into a field, unless somebody has typed another one there.
+function suggest(input, value) {
+  if (input.value === "" || input.value === input.dataset.suggested) input.value = value;
+  input.dataset.suggested = String(value);
 }
 
 // ---- candidates
@@ -187,6 +195,10 @@ async function locate(file) {
     $("answer").replaceChildren(element("p", "Choose an image, or drop one on the map.", "error"));
     return;
   }
+  if (form.elements.gsd_m_per_px.value.trim() === "") {
+    complain($("answer"), form, { detail: "State how large a pixel is on the ground: Ground, m per px.", parameter: "gsd_m_per_px" });
+    return;
+  }
   const request = { layer: layer().name };
   for (const input of form.querySelectorAll("input[name]")) {
     const text = input.value.trim();
@@ -238,7 +250,7 @@ function showAnswer(answer) {
     ["Heading, deg", `${answer.heading_deg.toFixed(2)} ± ${round(answer.heading_sigma_deg, 2)}`],
     ["Ground, m per px", answer.gsd_m_per_px.toPrecision(4)],
     ["Score", round(answer.score, 1)],
-    ["False with probability", answer.false_fix_probability.toExponential(0)],
+    ["False with probability", answer.false_fix_probability.toExponential(1)],
     ...searched,
   ]));
   const [x, y] = world(answer.longitude_deg, answer.latitude_deg);
@@ -357,6 +369,14 @@ viewer.onclick = ([longitude, latitude]) => {
   $("question").elements.longitude_deg.value = longitude.toFixed(6);
   $("question").elements.latitude_deg.value = latitude.toFixed(6);
   askCandidates();
+};
+// A tile that does not come is no trouble by itself; a service that is gone is.
+viewer.onfail = async () => {
+  try {
+    await send("/readyz");
+  } catch (problem) {
+    $("about").replaceChildren(element("span", problem.detail, "error"));
+  }
 };
 viewer.onmove = ([longitude, latitude]) => { $("cursor").textContent = `${latitude.toFixed(6)}, ${longitude.toFixed(6)}`; };
 $("layer").onchange = chooseLayer;

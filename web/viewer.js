@@ -19,6 +19,7 @@ export class Viewer {
     this.overlays = () => {};
     this.onclick = () => {};
     this.onmove = () => {};
+    this.onfail = () => {};
     new ResizeObserver(() => this.draw()).observe(map);
     this.listen();
   }
@@ -219,6 +220,7 @@ export class Viewer {
         this.loading--;
         entry.ready = ready;
         entry.missing = !ready;
+        if (!ready) this.onfail();
         if (layer === this.layer) this.draw();
       };
       entry.element.onload = () => done(true);

@@ -126,7 +126,7 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let query = args.parameters().query()?;
-    let store = Reader::open(&args.db)?;
+    let store = Reader::open(&args.db).map_err(Failure::of_crew)?;
     let answer = candidates(&store, &query)?;
     output.say(&answer, || table(&answer));
     if answer.tiles.is_empty() {

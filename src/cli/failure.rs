@@ -64,7 +64,9 @@ impl From<PackageError> for Failure {
 impl From<CandidatesError> for Failure {
     fn from(error: CandidatesError) -> Self {
         let remedy = match &error {
-            CandidatesError::Store(error) => error.remedy().map(spell),
+            CandidatesError::Store(error) => error.remedy().map(spell_for_crew),
+            CandidatesError::LayerNotStated { .. } => Some("name one with --layer"),
+            CandidatesError::AnyLayer { .. } => Some("name one with --layer; `overfly fix` searches any"),
             _ => None,
         };
         Self::unusable(error.code(), error).with_remedy(remedy)

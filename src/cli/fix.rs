@@ -94,7 +94,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let parameters = args.parameters()?;
     let ReducedFrame { gray: frame, reduction } = read_large_frame(&args.image)?;
-    let store = Reader::open(&args.db)?;
+    let store = Reader::open(&args.db).map_err(Failure::of_crew)?;
     let layer = requested_layer(&store, args.layer.as_deref()).map_err(not_requested)?;
     let mut request = parameters.request(&layer)?;
     request.view = request.view.reduced(reduction);
@@ -126,7 +126,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 /// Why no layer can be searched, and, where none is named among several, that all can be.
 fn not_requested(error: CandidatesError) -> Failure {
     let remedy = matches!(error, CandidatesError::LayerNotStated { .. })
-        .then_some("or search all of them, the newest first, with --layer any");
+        .then_some("name one with --layer, or search all of them, the newest first, with --layer any");
     let failure = Failure::from(error);
     if remedy.is_some() { failure.with_remedy(remedy) } else { failure }
 }
@@ -141,7 +141,9 @@ fn hints_text(hints: Option<&Hints>) -> String {
         None => String::new(),
         Some(Hints { found, is_complete }) if found.is_empty() => {
             let limited = if *is_complete { "" } else { ", as far as the time allowed" };
-            format!("\nhint       none: no other heading, scale or layer matches{limited}")
+            format!(
+                "\nhint       none: no other heading, unit or layer matches, and no scale from half to twice the stated one{limited}"
+            )
         }
         Some(hints) => hints.found.iter().map(|hint| format!("\nhint       {}", hint.message(flag))).collect(),
     }

@@ -2,6 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::mission_text::mission_text;
 use crate::cli::output::Output;
 use overfly_store::package::Manifest;
 use overfly_store::{Layer, PLACES_SINCE, Reader, Source, StoreError, hex};
@@ -30,6 +31,8 @@ struct Info<'a> {
 
 #[derive(Serialize)]
 struct ExportInfo {
+    name: Option<String>,
+    serial: Option<u64>,
     cut_from: String,
     corridor_m: f64,
     valid_until: Option<String>,
@@ -40,6 +43,8 @@ struct ExportInfo {
 impl ExportInfo {
     fn from_manifest(manifest: Manifest) -> Self {
         Self {
+            name: manifest.name,
+            serial: manifest.serial,
             cut_from: manifest.cut_from,
             corridor_m: manifest.route.corridor_m,
             valid_until: manifest.valid_until,
@@ -51,9 +56,10 @@ impl ExportInfo {
     fn describe(&self) -> String {
         let or = |value: &Option<String>, none: &str| value.clone().unwrap_or(none.into());
         let mut text = format!(
-            "exported from {}, corridor {} m\n  valid until {}, signed by {} (not verified; use `overfly verify --key`)\n",
+            "exported from {}, corridor {} m\n  {}valid until {}, signed by {} (not verified; use `overfly verify --key`)\n",
             self.cut_from,
             self.corridor_m,
+            mission_text(self.name.as_deref(), self.serial, None),
             or(&self.valid_until, "any day"),
             or(&self.signed_by, "nobody")
         );
@@ -87,7 +93,7 @@ struct SourceInfo {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let reader = Reader::open(&args.file)?;
+    let reader = Reader::open(&args.file).map_err(Failure::of_crew)?;
     let layers = reader
         .layers()
         .iter()
@@ -132,6 +138,11 @@ fn older_format(info: &Info<'_>) -> String {
     )
 }
 
+/// A text of several lines as one.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 fn describe(info: &Info<'_>) -> String {
     let mut text = format!(
         "{}: {:.1} MB, {} tiles, format {}, descriptors {}\ndigest {}\n",
@@ -162,7 +173,9 @@ fn describe(info: &Info<'_>) -> String {
         text.push_str(&format!("  pixels of {:.3} km2 of ground\n", imaged_km2.unwrap_or(0.0)));
         let (licence, attribution) = (&layer.terms.licence, &layer.terms.attribution);
         for (what, stated) in [("description", description), ("licence", licence), ("attribution", attribution)] {
-            text.push_str(&stated.as_ref().map(|stated| format!("  {what}: {stated}\n")).unwrap_or_default());
+            text.push_str(
+                &stated.as_ref().map(|stated| format!("  {what}: {}\n", one_line(stated))).unwrap_or_default(),
+            );
         }
         text.push_str("  acquired    gsd_m_per_px  error_m  source\n");
         for source in sources {

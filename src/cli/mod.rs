@@ -9,6 +9,7 @@ mod exit;
 mod failure;
 mod fix_text;
 mod folder;
+mod mission_text;
 mod number;
 mod output;
 mod outside_map;
@@ -18,9 +19,9 @@ mod pictures;
 #[path = "no_pictures.rs"]
 mod pictures;
 mod remedy;
+mod replaced;
 mod stop_signal;
 mod threads;
-mod today;
 mod usage;
 mod viewpoint;
 

@@ -55,6 +55,10 @@ pub fn metres(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let of_unit = LENGTHS_M.into_iter().find_map(|(unit, metres)| Some((text.strip_suffix(unit)?, metres)));
     let (number, unit_m) = of_unit.unwrap_or((text, 1.0));
+    // `1nm` is no number of metres, and no length of a flight.
+    if number.strip_suffix('n').is_some_and(|number| any(number).is_ok()) {
+        return Err("nm is a nanometre: a nautical mile is nmi or NM".into());
+    }
     any(number.trim_end()).map(|value| value * unit_m)
 }
 
@@ -145,6 +149,8 @@ mod tests {
         for text in ["", "m", "400cm", "km4", "inf", "nan", "nanm", "4 0"] {
             assert!(metres(text).is_err(), "{text}");
         }
+        assert!(metres("1nm").unwrap_err().contains("nmi or NM"));
+        assert_eq!(metres("1NM"), Ok(1852.0));
         assert!(positive_metres("-5m").is_err() && positive_metres("0").is_err());
     }
 

@@ -8,6 +8,7 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 /// The two streams, and the format that the user wants.
+#[derive(Debug, Clone, Copy)]
 pub struct Output {
     json: bool,
     quiet: bool,

@@ -6,7 +6,7 @@ use overfly_store::StoreRemedy;
 /// What helps against an error of `locate`, if anything is known to.
 pub fn locate_remedy(error: &LocateError) -> Option<&'static str> {
     match error {
-        LocateError::Store(error) => error.remedy().map(spell),
+        LocateError::Store(error) => error.remedy().map(spell_for_crew),
         LocateError::MemoryLimit { .. } => Some("`overfly serve --memory SIZE` allows more"),
         LocateError::Camera(_)
         | LocateError::Parameter { .. }
@@ -24,13 +24,12 @@ pub fn spell_for_crew(remedy: StoreRemedy) -> &'static str {
     match remedy {
         R::Build => "check the name, or copy the store again",
         R::ResumeBuild | R::ResumeBuildAndCopy | R::ResumeBuildOrGrantAccess => {
-            "copy it again after the planner has finished it, and nothing but the store itself"
+            "ask the planner to finish it, then copy only the store, without the -wal or -journal file beside it"
         }
         R::Rebuild | R::Migrate => {
             "ask the planner for a store that this overfly reads, or install the overfly that made it"
         }
-        R::BuildOriginalAndExport | R::ExportAgain => "ask the planner for a new one",
-        R::FreeSpace => "free space on the disk and run the same command again",
+        R::BuildOriginalAndExport | R::ExportAgain | R::ExportWithSerial => "ask the planner for a new one",
         R::RestoreOrRebuild | R::RestoreOrExportAgain | R::VerifyAndRestore => {
             "copy it again; if it still fails, ask the planner for a new one"
         }
@@ -40,10 +39,13 @@ pub fn spell_for_crew(remedy: StoreRemedy) -> &'static str {
         R::MakePatch | R::CopyPatchAgain => "copy the patch again; if it still fails, copy the new store as a whole",
         R::MakePatchFromThisStore => "ask the planner for a patch from this store, or copy the new store as a whole",
         R::UseNewerImageryOrPolicy => "ask the planner for newer imagery, or change `--stale-after-days`",
+        R::SetClock => "set the clock; if it is right, ask the planner for a new one",
         R::UpdateProgram
         | R::EndWalMode
         | R::GrantAccess
         | R::CreateFolder
+        | R::FreeSpace
+        | R::StateOut
         | R::CheckDisk
         | R::CheckDiskAndOpenFiles
         | R::Wait
@@ -53,8 +55,7 @@ pub fn spell_for_crew(remedy: StoreRemedy) -> &'static str {
         | R::ChooseOtherPath
         | R::CheckStoreAndKey
         | R::CopyStore
-        | R::CopyNewestStore
-        | R::SetClock => spell(remedy),
+        | R::CopyNewestStore => spell(remedy),
     }
 }
 
@@ -77,7 +78,7 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
         R::BuildOriginalAndExport => "change the store that it was exported from, and export that again",
         R::GrantAccess => "make file and folder accessible, or choose another path",
         R::CreateFolder => "create the folder, or choose another path",
-        R::FreeSpace => "free space and run the same command again: a build continues where it stopped",
+        R::FreeSpace => "free space on the disk and run the same command again",
         R::CheckDisk => {
             "check the disk and its free space, then run the same command again, or use a copy on another disk"
         }
@@ -92,19 +93,21 @@ pub fn spell(remedy: StoreRemedy) -> &'static str {
         R::RenameOrRemove => "choose another name, or remove what exists there",
         R::ChooseOtherName => "choose another name",
         R::ChooseOtherPath => "choose another path",
+        R::StateOut => "write the result to another file with --out FILE",
         R::GenerateKey => {
             "`overfly keygen --out KEY` makes KEY (PKCS#8 PEM, to sign) and KEY.pub (SPKI PEM, to verify), both Ed25519"
         }
         R::ExportSigned => "export it with `overfly export --serial N --sign KEY`",
         R::CheckStoreAndKey => "check that it is the right store and the right key",
-        R::ExportAgain => "export it again",
+        R::ExportAgain => "export it again, with the last day of the flight as --valid-until",
+        R::ExportWithSerial => "export it again with --serial N",
         R::CopyAgain => "copy the original again, and let other programs open copies of it read-only",
         R::CopyNewestStore => "copy the newest store, or state --allow-older to go back on purpose",
         R::MakePatch => "`overfly diff OLD NEW --out PATCH` makes a patch",
         R::CopyPatchAgain => "copy the patch again, or make it again with `overfly diff`",
         R::MakePatchFromThisStore => "make a patch from this store with `overfly diff`",
         R::CopyStore => "the old store is unchanged: copy the new store as a whole",
-        R::SetClock => "set the clock",
+        R::SetClock => "set the clock, or correct the date: `overfly layer describe --date D`",
         R::UseNewerImageryOrPolicy => "build it from newer imagery, or change `--stale-after-days`",
     }
 }
@@ -143,6 +146,8 @@ mod tests {
             R::ExportSigned,
             R::CheckStoreAndKey,
             R::ExportAgain,
+            R::ExportWithSerial,
+            R::StateOut,
             R::MakePatch,
             R::CopyPatchAgain,
             R::MakePatchFromThisStore,

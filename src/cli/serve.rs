@@ -11,14 +11,14 @@ use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::stop_signal::stop_signal;
 use crate::cli::threads::default_threads;
-use crate::cli::today::today;
-use crate::server::{Limits, Listen, Service, ServiceState, Supervisor, serve};
+use crate::server::{Limits, Listen, ListenError, Service, ServiceState, Supervisor, serve};
+use crate::today::today;
 use access::AccessArgs;
 use anyhow::Context;
 use opening::Opening;
 use overfly_store::package::{PublicKey, StalePolicy};
 use parking_lot::Mutex;
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal};
 use std::path::PathBuf;
 
 const HELP: &str = "\
@@ -84,7 +84,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         return Err(Failure::unusable("built_without_preflight", anyhow::anyhow!(reason)));
     }
     allocator::limit_heaps(if args.onboard { 2 } else { default_threads().get().max(2) });
-    let listen: Listen = args.listen.parse().map_err(|e: crate::server::ListenError| Failure::unusable(e.code(), e))?;
+    let listen: Listen = args.listen.parse().map_err(|e: ListenError| Failure::unusable(e.code(), e))?;
     let access = args.access.access(&listen)?;
     let key = args.require_signature.as_deref().map(PublicKey::read).transpose().map_err(Failure::of_crew)?;
     log();
@@ -117,9 +117,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
                 format!("listening on {at}")
             });
         };
-        serve(&listen, state, Supervisor::from_environment(), started, stop)
-            .await
-            .map_err(|e| Failure::failed(e.code(), e))
+        serve(&listen, state, Supervisor::from_environment(), started, stop).await.map_err(|error| {
+            let in_use = matches!(&error, ListenError::Bind { cause, .. } if cause.kind() == ErrorKind::AddrInUse);
+            let remedy = in_use.then_some("stop the program that has it, or choose another port with --listen");
+            Failure::failed(error.code(), error).with_remedy(remedy)
+        })
     });
     // A registration that still runs would delay the exit, and nobody waits for its answer.
     runtime.shutdown_background();

@@ -13,7 +13,7 @@ const EXPECTED: [(&str, &str); 26] = [
     ("-m-per-px", "metres per pixel, as in 1.25"),
     ("-mps", "metres per second, as in 40"),
     ("-deg", "degrees, as in 47.02"),
-    ("-m", "metres, as in 400, or a length with its unit, as in 0.4km or 1300ft"),
+    ("-m", "metres, as in 400, or a length with its unit (m, km, ft, nmi or NM), as in 0.4km or 1300ft"),
     ("-s", "seconds, as in 0.5"),
     ("-px", "whole pixels, as in 512"),
     ("-ratio", "a ratio, as in 0.03 for 3 %"),

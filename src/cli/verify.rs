@@ -4,11 +4,11 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
 use crate::cli::remedy::spell_for_crew;
-use crate::cli::today::today;
+use crate::today::today;
 use overfly_store::Layer;
 use overfly_store::package::{
     Date, Manifest, ManifestRoute, PackageVerification, PublicKey, VerifyOptions, acquisition_day, days_between,
-    verify_package,
+    is_future, verify_package,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,9 +19,9 @@ the first digits of its signer's key. Without --key nobody has checked who signe
 
 For an exported store, checks the digest of the whole file (every byte counts), the seal, manifest and signature, the last day, and
 every footprint. If the file's digest is wrong, with --every-tile, and for a store that is not exported, also checks every tile by
-itself, the indexes, and the rules of SQLite and GeoPackage; then all damaged tiles are listed.
+itself, the indexes, and the rules of SQLite and GeoPackage; the first ten damaged tiles are named, and --json lists all.
 
-Exit codes: 0 good, 2 not a store, 3 damaged or not verified.
+Exit codes: 0 good, 2 not a store, 3 damaged, cut off or not verified.
 
 Examples:
   overfly verify map.gpkg
@@ -69,12 +69,23 @@ fn describe(args: &Args, found: &PackageVerification) -> String {
     let code = found.code.unwrap_or("damaged_store");
     let remedy = found.remedy.map(|remedy| format!("; {}", spell_for_crew(remedy))).unwrap_or_default();
     let mut text = format!("NOT GOOD: do not fly with {file} [{code}]{remedy}");
-    for problem in &store.problems {
-        text.push_str(&format!("\n  {problem}"));
-    }
-    for (index, tile) in store.bad_tiles.iter().enumerate() {
+    text.push_str(&listed(store.problems.iter().cloned()));
+    text.push_str(&listed(store.bad_tiles.iter().enumerate().map(|(index, tile)| {
         let first = if index == 0 { "first wrong: " } else { "" };
-        text.push_str(&format!("\n  {first}tile {} of layer {}: {}", tile.id, tile.layer, tile.reason));
+        format!("{first}tile {} of layer {}: {}", tile.id, tile.layer, tile.reason)
+    })));
+    text
+}
+
+/// Problems, and bad tiles, that are named one by one; `--json` lists all.
+const NAMED: usize = 10;
+
+/// The first of these texts, a line each, and how many more there are.
+fn listed(texts: impl ExactSizeIterator<Item = String>) -> String {
+    let more = texts.len().saturating_sub(NAMED);
+    let mut text: String = texts.take(NAMED).map(|text| format!("\n  {text}")).collect();
+    if more > 0 {
+        text.push_str(&format!("\n  and {more} more; --json lists all"));
     }
     text
 }
@@ -82,8 +93,11 @@ fn describe(args: &Args, found: &PackageVerification) -> String {
 /// A good store as the person who loads the aircraft asks about it.
 fn verify_text(args: &Args, found: &PackageVerification) -> String {
     let (file, today) = (args.file.display(), today());
-    let unchecked = found.signed_by.is_some() && args.key.is_none();
-    let but = if unchecked { " (the signer was NOT checked: name the key with --key KEY.pub)" } else { "" };
+    let but = match (&found.manifest, &found.signed_by, &args.key) {
+        (Some(_), None, _) => " (NOT signed: anyone may have made this file)",
+        (_, Some(_), None) => " (the signer was NOT checked: name the key with --key KEY.pub)",
+        _ => "",
+    };
     let mut lines = vec![format!("GOOD: {file}{but}")];
     if let Some(manifest) = &found.manifest {
         lines.extend(mission(manifest).map(|mission| format!("mission    {mission}")));
@@ -141,6 +155,9 @@ fn age(layer: &Layer, today: Date) -> String {
     let day = |text: &str| acquisition_day(text);
     let years = |date: Date| days_between(date, today) as f64 / 365.25;
     match (day(first), day(last)) {
+        (_, Some(last)) if is_future(last, today) => {
+            format!("{name}, of {last}, which is in the FUTURE: the date or the clock is wrong")
+        }
         (Some(first), Some(last)) if first == last => format!("{name}, of {first}, {:.1} years old", years(first)),
         (Some(first), Some(last)) => {
             format!("{name}, of {first} to {last}, {:.1} to {:.1} years old", years(last), years(first))
@@ -184,5 +201,16 @@ mod tests {
         assert_eq!(age(&one, on), "y2018, of 2018-07-16, 8.0 years old");
         let two = layer(Some(("2018-07-16", "2020-07-16T10:00:00Z")));
         assert_eq!(age(&two, on), "y2018, of 2018-07-16 to 2020-07-16, 6.0 to 8.0 years old");
+        let future = layer(Some(("2018-07-16", "2112-07-31")));
+        assert_eq!(age(&future, on), "y2018, of 2112-07-31, which is in the FUTURE: the date or the clock is wrong");
+    }
+
+    #[test]
+    fn a_damaged_file_is_told_in_a_few_lines() {
+        let many =
+            |count: usize| listed((0..count).map(|n| format!("Page {n}: never used")).collect::<Vec<_>>().into_iter());
+        assert_eq!(many(10).lines().count(), 11);
+        assert!(many(130).ends_with("Page 9: never used\n  and 120 more; --json lists all"), "{}", many(130));
+        assert_eq!(many(0), "");
     }
 }

@@ -13,7 +13,7 @@ use axum::Json;
 use axum::body::Body;
 use axum::extract::RawQuery;
 use axum::http::HeaderMap;
-use overfly_flight::locate::candidates::{CandidateParameters, searched_candidates};
+use overfly_flight::locate::candidates::{CandidateParameters, named_layer, searched_candidates};
 
 /// Largest request for the candidates of a fix.
 const MOST_BYTES: usize = 64 << 10;
@@ -85,7 +85,7 @@ pub(super) async fn get(Served(state): Served, RawQuery(raw): RawQuery) -> Resul
 
 /// The tiles that a fix with the same `request` searches, best first.
 ///
-/// Takes what `POST /v1/fixes` takes as `request`; `height_m` and `camera` are required, for there is no image. `region` is the ground
+/// Takes what `POST /v1/fixes` takes as `request`, but no layer `any`; `height_m` and `camera` are required, for there is no image. `region` is the ground
 /// that the fix compares: its position prior, widened by the uncertainty of pitch and roll, and by the footprint of a frame.
 /// Probabilities are of the nadir, which is the point that the fix answers. A fix that is refused without a search (outside the
 /// map, or the camera sees the horizon) searches no tile.
@@ -109,6 +109,7 @@ pub(super) async fn post(
         .work
         .run(WorkClass::Query, move || -> Result<_, ServerError> {
             let request = fix_request(&store, &parameters)?;
+            named_layer(&store, &request.layer)?;
             Ok(searched_candidates(&store, &request, most)?)
         })
         .await??;

@@ -14,6 +14,7 @@ use axum::extract::RawQuery;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use overfly_flight::locate::coverage::coverage;
+use overfly_store::package::Manifest;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -22,6 +23,12 @@ use utoipa::ToSchema;
 pub(super) struct StoreReply {
     /// BLAKE3 over the whole logical content of the store, hexadecimal: equal inputs give equal digests.
     digest: String,
+    /// The mission's name, if the store is an export that states one.
+    name: Option<String>,
+    /// The serial of the export.
+    serial: Option<u64>,
+    /// The last day on which the export may be flown, YYYY-MM-DD.
+    valid_until: Option<String>,
     /// How the tiles are described; frames must be described in the same way.
     descriptor_contract: String,
     /// Version of the file format.
@@ -44,8 +51,13 @@ pub(super) struct StoreReply {
 #[utoipa::path(get, path = "/v1/store", operation_id = "store", tag = "store", responses((status = 200, description = "The store", body = StoreReply)))]
 pub(super) async fn store(Served(state): Served, _: NoQuery) -> Json<StoreReply> {
     let store = &state.store.reader;
+    let manifest = store.manifest().and_then(|text| Manifest::from_text(text).ok());
+    let (name, serial, valid_until) = manifest.map_or((None, None, None), |m| (m.name, m.serial, m.valid_until));
     Json(StoreReply {
         digest: store.digest().to_owned(),
+        name,
+        serial,
+        valid_until,
         descriptor_contract: store.descriptor_contract().to_owned(),
         format_version: store.format_version(),
         tiles: store.layers().iter().filter(|l| l.complete).map(|l| l.tiles).sum(),

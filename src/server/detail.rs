@@ -12,6 +12,12 @@ pub(super) fn detail(error: &ServerError) -> String {
         ServerError::Store(error)
         | ServerError::Candidates(CandidatesError::Store(error))
         | ServerError::Locate(LocateError::Store(error)) => store_detail(error),
+        ServerError::Candidates(error @ CandidatesError::LayerNotStated { .. }) => {
+            format!("{error}; state it as `layer`, or in POST /v1/fixes `any` for all of them")
+        }
+        ServerError::Candidates(error @ CandidatesError::AnyLayer { .. }) => {
+            format!("{error}; state one as `layer`, or ask POST /v1/fixes")
+        }
         other => other.to_string(),
     }
 }

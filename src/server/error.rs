@@ -43,6 +43,8 @@ pub(super) enum ServerError {
     Path(String),
     #[error("no such path; /openapi.json lists all paths")]
     NoRoute,
+    #[error("exports are made on the ground only: this is the service of an aircraft, and it writes nothing")]
+    OnGroundOnly,
     #[error("this path does not take this method; /openapi.json lists its methods")]
     Method,
     #[error("the file of the store was replaced or removed, and what is there now is refused ({code}): {reason}; it is tried again soon", code = .0.code, reason = .0.reason)]
@@ -94,7 +96,7 @@ impl ServerError {
             },
             Self::Refused(refusal) => match refusal {
                 Refusal::Host { .. } | Refusal::Origin { .. } => StatusCode::FORBIDDEN,
-                Refusal::Token => StatusCode::UNAUTHORIZED,
+                Refusal::NoToken | Refusal::NotBearer | Refusal::WrongToken => StatusCode::UNAUTHORIZED,
             },
             Self::Frame { error, .. } => match error {
                 FrameError::NotAnImage { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
@@ -105,7 +107,9 @@ impl ServerError {
             Self::Parameter { .. } | Self::TileName(_) | Self::TileIndex { .. } | Self::Path(_) => {
                 StatusCode::BAD_REQUEST
             }
-            Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::NoExport => StatusCode::NOT_FOUND,
+            Self::NoTile { .. } | Self::NoDescriptors { .. } | Self::NoRoute | Self::OnGroundOnly | Self::NoExport => {
+                StatusCode::NOT_FOUND
+            }
             Self::Export(failure) => failure.status,
             Self::ExportUnderWay => StatusCode::CONFLICT,
             Self::Method => StatusCode::METHOD_NOT_ALLOWED,
@@ -124,9 +128,10 @@ impl ServerError {
         match self {
             Self::Query(error) => error.code(),
             Self::Candidates(error) => error.code(),
-            Self::Locate(
-                LocateError::Parameter { .. } | LocateError::Missing { .. } | LocateError::Conflict { .. },
-            ) => "parameter_out_of_range",
+            // As in the query of a GET.
+            Self::Locate(LocateError::Parameter { .. }) => "parameter_out_of_range",
+            Self::Locate(LocateError::Missing { .. }) => "parameter_missing",
+            Self::Locate(LocateError::Conflict { .. }) => "parameter_conflict",
             Self::Locate(error) => error.code(),
             Self::Store(error) => error.code(),
             Self::Form(error) => error.code(),
@@ -137,7 +142,7 @@ impl ServerError {
             Self::NoTile { .. } => "no_such_tile",
             Self::NoDescriptors { .. } => "no_descriptors",
             Self::Path(_) => "path",
-            Self::NoRoute => "no_such_route",
+            Self::NoRoute | Self::OnGroundOnly => "no_such_route",
             Self::Method => "method_not_allowed",
             Self::Busy | Self::Crowded | Self::Exporting => "busy",
             Self::NoExport => "no_such_export",
@@ -172,6 +177,7 @@ fn candidates_status(error: &CandidatesError) -> StatusCode {
         | CandidatesError::Conflict { .. }
         | CandidatesError::UnknownMode { .. }
         | CandidatesError::LayerNotStated { .. }
+        | CandidatesError::AnyLayer { .. }
         | CandidatesError::RegionTooLarge { .. }
         | CandidatesError::TooManyTiles { .. } => StatusCode::BAD_REQUEST,
         CandidatesError::Store(error) => store_status(error),
@@ -214,6 +220,7 @@ fn store_status(error: &StoreError) -> StatusCode {
         | StoreError::DiskError { .. }
         | StoreError::NoJournal { .. }
         | StoreError::Superseded { .. }
+        | StoreError::CutOff { .. }
         | StoreError::Damaged { .. }
         | StoreError::ForeignSchema { .. }
         | StoreError::DamagedTile { .. }

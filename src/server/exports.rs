@@ -14,14 +14,16 @@ use super::served::Served;
 use super::service::Service;
 use super::state::ServiceState;
 use super::work::WorkClass;
+use crate::today::today;
 use axum::body::Body;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Request};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_RANGE, ETAG, IF_RANGE, LOCATION, RANGE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use axum::routing::any;
 use axum::{Extension, Json};
-use overfly_ingest::export::{ExportRequest, preview};
+use overfly_ingest::export::{ExportError, ExportRequest, preview};
 use overfly_ingest::plan::parse_routes;
 use overfly_store::package::parse_date;
 use std::path::Path as FilePath;
@@ -43,7 +45,11 @@ type Jobs = Extension<Option<Arc<ExportJobs>>>;
 /// log says why.
 pub(super) fn routes(state: &ServiceState) -> OpenApiRouter<ServiceState> {
     match state.service {
-        Service::Onboard => OpenApiRouter::new(),
+        // Not described: these paths do not exist onboard. They say where they do.
+        Service::Onboard => {
+            let elsewhere = || async { ServerError::OnGroundOnly };
+            OpenApiRouter::new().route("/v1/exports", any(elsewhere)).route("/v1/exports/{id}", any(elsewhere))
+        }
         Service::Preflight => {
             let jobs = ExportJobs::new(state.limits.exports)
                 .inspect_err(|e| tracing::warn!("no exports over HTTP: no temporary folder can be made: {e}"));
@@ -74,6 +80,7 @@ pub(super) async fn post(
     for name in &parameters.layers {
         state.store.reader.layer(name)?;
     }
+    request.check_dates(&state.store.reader, today()).map_err(dates_error)?;
     if parameters.dry_run {
         return Ok(Json(ExportAnswer::Preview(dry_run(&state, request).await?)).into_response());
     }
@@ -81,6 +88,11 @@ pub(super) async fn post(
     let status = if progress.done { StatusCode::OK } else { StatusCode::ACCEPTED };
     let location = format!("/v1/exports/{}", progress.id);
     Ok((status, [(LOCATION, location)], Json(ExportAnswer::Begun(progress))).into_response())
+}
+
+/// The refusal of a last day that has passed. Nothing is signed here, so no other date is checked.
+fn dates_error(error: ExportError) -> ServerError {
+    ServerError::Parameter { name: "valid_until", reason: error.to_string() }
 }
 
 async fn dry_run(state: &ServiceState, request: ExportRequest) -> Result<ExportPreview, ServerError> {

@@ -19,8 +19,13 @@ pub(super) enum FormError {
     Repeated { name: &'static str },
     #[error("this form has no part {name:?}; it takes {expected}")]
     Unknown { name: String, expected: String },
-    #[error("part {name} is not the expected JSON: {reason}")]
+    #[error("{} is not the expected JSON: {reason}", json_text(name))]
     NotJson { name: &'static str, reason: String },
+}
+
+/// Where a request states JSON: a part of a form, or the whole body.
+fn json_text(name: &str) -> String {
+    if name == "body" { "the body".into() } else { format!("part {name}") }
 }
 
 impl FormError {

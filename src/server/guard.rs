@@ -41,10 +41,16 @@ fn check(access: &Access, request: &Request) -> Result<(), Refusal> {
     }
     match &access.token {
         Some(token) if !is_page(request.uri().path()) => {
-            let bearer = headers.get(AUTHORIZATION).and_then(bearer);
+            let stated = headers.get(AUTHORIZATION);
+            let (bearer, session) = (stated.and_then(bearer), session(headers));
             let is_known = bearer.is_some_and(|given| token.matches(given))
-                || session(headers).is_some_and(|given| token.matches_cookie(given.as_bytes()));
-            if is_known { Ok(()) } else { Err(Refusal::Token) }
+                || session.is_some_and(|given| token.matches_cookie(given.as_bytes()));
+            match (stated, bearer, session) {
+                _ if is_known => Ok(()),
+                (None, _, None) => Err(Refusal::NoToken),
+                (Some(_), None, _) => Err(Refusal::NotBearer),
+                _ => Err(Refusal::WrongToken),
+            }
         }
         _ => Ok(()),
     }

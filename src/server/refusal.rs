@@ -9,8 +9,14 @@ pub(super) enum Refusal {
     Host { found: String },
     #[error("pages of the origin {found:?} may not use the service, unless its operator allows the origin")]
     Origin { found: String },
-    #[error("the service needs its token: send the header `Authorization: Bearer TOKEN`")]
-    Token,
+    #[error("the service needs its token, and the request has none: send the header `Authorization: Bearer TOKEN`")]
+    NoToken,
+    #[error("the header Authorization does not begin with `Bearer `: send `Authorization: Bearer TOKEN`")]
+    NotBearer,
+    #[error(
+        "what the request sends is not the token of this service: check it, and that the service was not given another one"
+    )]
+    WrongToken,
 }
 
 impl Refusal {
@@ -18,7 +24,7 @@ impl Refusal {
         match self {
             Self::Host { .. } => "host_not_allowed",
             Self::Origin { .. } => "cross_origin",
-            Self::Token => "token_required",
+            Self::NoToken | Self::NotBearer | Self::WrongToken => "token_required",
         }
     }
 }

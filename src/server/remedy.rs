@@ -31,6 +31,8 @@ pub(super) fn spell(remedy: StoreRemedy) -> Option<&'static str> {
         | R::ExportSigned
         | R::CheckStoreAndKey
         | R::ExportAgain
+        | R::ExportWithSerial
+        | R::StateOut
         | R::CopyAgain
         | R::CopyNewestStore
         | R::MakePatch

@@ -73,6 +73,15 @@ fn a_protected_service_answers_only_to_the_token() {
             assert_eq!(reply.headers[WWW_AUTHENTICATE], "Bearer");
         }
         assert_eq!(send(&app, method.clone(), path, &[]).code(), (401, "token_required"), "{path}");
+        let said = |headers: &[(axum::http::HeaderName, &str)]| {
+            send(&app, method.clone(), path, headers).body["detail"].as_str().unwrap().to_owned()
+        };
+        assert!(said(&[]).contains("the request has none"), "{path}");
+        assert!(said(&[(AUTHORIZATION, TOKEN)]).contains("does not begin with `Bearer `"), "{path}");
+        assert!(
+            said(&[(AUTHORIZATION, "Bearer 0123456789abcdef")]).contains("not the token of this service"),
+            "{path}"
+        );
         assert_ne!(send(&app, method, path, &[(AUTHORIZATION, &bearer)]).status, 401, "{path}");
     }
     assert_eq!(get(&app, "/v1/store", &[(AUTHORIZATION, &bearer)]).status, 200);

@@ -152,6 +152,7 @@ fn what_cannot_be_exported_is_told_without_the_servers_paths() {
         (with("corridor_m", json!(-1.0)), 400, "parameter_out_of_range"),
         (with("jpeg_quality", json!(0)), 400, "parameter_out_of_range"),
         (with("valid_until", json!("soon")), 400, "parameter_out_of_range"),
+        (with("valid_until", json!("2020-01-01")), 400, "parameter_out_of_range"),
         (with("serial", json!(-1)), 400, "parameter_out_of_range"),
         (with("serial", json!(1u64 << 63)), 400, "request_not_valid"),
         (with("max_bytes", json!(-1)), 400, "parameter_out_of_range"),
@@ -171,6 +172,7 @@ fn onboard_there_is_no_such_route() {
     let app = service(Service::Onboard);
     let reply = post(&app, &along([15.6053, 48.4961], [15.6120, 48.4961], 300.0));
     assert_eq!((reply.status.as_u16(), reply.code()), (404, "no_such_route".into()));
+    assert!(String::from_utf8_lossy(&reply.body).contains("on the ground only"));
     let api = get(&app, "/openapi.json", None).json();
     assert!(api["paths"].as_object().unwrap().keys().all(|path| !path.contains("export")), "{api}");
     let ground = get(&service(Service::Preflight), "/openapi.json", None).json();

@@ -1,13 +1,15 @@
 //! Mistakes that people make on the command line, and the sentence that each wants: the file, the cause, the remedy.
 
 use super::export::drawn_request;
+use overfly_ingest::build::{self, Request};
 use overfly_ingest::export::{ExportRequest, export};
 use overfly_store::package::{SecretKey, generate};
 use overfly_testkit::drawn::{drawn_store, project};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-/// The command line, the exit code, and what the answer must say.
+/// The command line, in which MAPPED stands for an orthophoto, the exit code, and what the answer must say.
 type Mistake<'a> = (&'a str, i32, &'a [&'a str]);
 
 /// A folder with a map, an export, its keys and what else people confuse with them.
@@ -18,11 +20,25 @@ fn desk() -> tempfile::TempDir {
     generate(&at("ground.key")).unwrap();
     generate(&at("other.key")).unwrap();
     let key = Some(SecretKey::read(&at("ground.key")).unwrap());
-    export(drawn_store(), &ExportRequest { key, ..drawn_request() }, &at("flight.gpkg"), &|_, _| ()).unwrap();
-    export(drawn_store(), &drawn_request(), &at("unsigned.gpkg"), &|_, _| ()).unwrap();
+    let serial = Some(6);
+    export(drawn_store(), &ExportRequest { key, serial, ..drawn_request() }, &at("flight.gpkg"), &|_, _| ()).unwrap();
+    export(drawn_store(), &ExportRequest { serial, ..drawn_request() }, &at("unsigned.gpkg"), &|_, _| ()).unwrap();
+    export(drawn_store(), &drawn_request(), &at("unnumbered.gpkg"), &|_, _| ()).unwrap();
+    std::fs::copy(at("map.gpkg"), at("precious.gpkg")).unwrap();
+    // A library without a clock refuses no date.
+    let future = Request {
+        db: at("future.gpkg"),
+        layer: "ortho".into(),
+        sources: vec![project("tests/fixtures/degrees.tif")],
+        date: Some("2112-07-31".into()),
+        threads: 1,
+        ..Request::default()
+    };
+    build::run(&future, &mut |_| ControlFlow::Continue(())).unwrap();
     for name in ["flight.gpkg", "map.gpkg"] {
         let whole = std::fs::read(at(name)).unwrap();
         std::fs::write(at(&format!("half-{name}")), &whole[..whole.len() / 2]).unwrap();
+        std::fs::write(at(&format!("begun-{name}")), &whole[..50]).unwrap();
     }
     std::fs::copy(project("tiles/flight/frames/019.jpg"), at("frame.jpg")).unwrap();
     std::fs::copy(project("tiles/flight/camera.toml"), at("camera.toml")).unwrap();
@@ -30,6 +46,8 @@ fn desk() -> tempfile::TempDir {
     let texts = [
         ("route.geojson", r#"{"type":"LineString","coordinates":[[15.6053,48.4961],[15.6120,48.4961]]}"#),
         ("swapped.geojson", r#"{"type":"LineString","coordinates":[[48.4961,15.6053],[48.4961,15.6120]]}"#),
+        ("beyond.geojson", r#"{"type":"LineString","coordinates":[[48.4961,-99.19],[48.4961,-99.18]]}"#),
+        ("no-scale.toml", "speed_mps = 30\nmin_turn_radius_m = 400\nwidth_px = 640\nheight_px = 480\n"),
         ("point.geojson", r#"{"type":"Point","coordinates":[15.6,48.49]}"#),
         ("route.csv", "48.4961,15.6053\n48.4961,15.6120\n"),
         ("notes.txt", "hello"),
@@ -45,9 +63,10 @@ fn desk() -> tempfile::TempDir {
 
 /// Exit code, and both streams.
 fn said(folder: &Path, words: &str) -> (Option<i32>, String) {
+    let mapped = project("tests/fixtures/degrees.tif").display().to_string();
     let done = Command::new(env!("CARGO_BIN_EXE_overfly"))
         .current_dir(folder)
-        .args(words.split_whitespace())
+        .args(words.split_whitespace().map(|word| if word == "MAPPED" { &mapped } else { word }))
         .stdin(std::process::Stdio::null())
         .output()
         .unwrap();
@@ -68,6 +87,9 @@ fn check(mistakes: &[Mistake<'_>]) {
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+/// What every command says of half a copy.
+const CUT_OFF: &str = " MB: copying was cut off; copy it again";
 
 const FRAME: &str = "fix --db map.gpkg --image frame.jpg";
 
@@ -103,6 +125,18 @@ fn where_a_frame_is_to_be_located() {
             format!("{prior} --heading-deg 271.6 --height-m 1641 --camera camera.toml --explain --explain-limit-s 120"),
             3,
             vec!["not 1641 m: --height-m looks like feet (ratio 3.28)"],
+        ),
+        (
+            format!(
+                "{prior} --heading-deg 271.6 --height-m 0.5004 --camera camera.toml --explain --explain-limit-s 120"
+            ),
+            3,
+            vec!["matches at a height of 500 m, not 0.5004 m: --height-m looks like kilometres"],
+        ),
+        (
+            format!("{prior} --heading-deg 271.6 --gsd-m-per-px 4.1 --explain --explain-limit-s 120"),
+            3,
+            vec!["matches at 1.25 m/px, not 4.1: --gsd-m-per-px looks like feet (ratio 3.28)"],
         ),
         (format!("{prior} --heading-deg 271.6 --height-m 500"), 2, vec!["not provided", "--camera <FILE>"]),
         (format!("{prior} --heading-deg 271.6"), 2, vec!["--gsd-m-per-px, or --height-m with --camera"]),
@@ -156,7 +190,34 @@ fn where_a_file_is_another_one() {
         ("fix --db map.gpkg --image notes.txt --gsd-m-per-px 1", 2, &["notes.txt", "name a PNG, JPEG or WebP image"]),
         ("fix --db photos --image frame.jpg --gsd-m-per-px 1", 2, &["photos: not an overfly store: a folder"]),
         ("fix --db empty.gpkg --image frame.jpg --gsd-m-per-px 1", 2, &["empty.gpkg", "an empty file"]),
-        ("fix --db map.gpk --image frame.jpg --gsd-m-per-px 1", 2, &["map.gpk: no such file", "check the name"]),
+        (
+            "fix --db map.gpk --image frame.jpg --gsd-m-per-px 1",
+            2,
+            &["map.gpk: no such file; check the name, or copy the store again"],
+        ),
+        ("fix --db half-map.gpkg --image frame.jpg --gsd-m-per-px 1", 2, &[CUT_OFF]),
+        (
+            "candidates --db half-flight.gpkg --latitude-deg 48.49 --longitude-deg 15.61 --heading-deg 0 --across-m 400 --along-m 300 --inaccuracy-m 20 --drift-m 250",
+            2,
+            &[CUT_OFF],
+        ),
+        ("info half-map.gpkg", 2, &[CUT_OFF]),
+        ("info begun-map.gpkg", 2, &["only 50 bytes: copying was cut off; copy it again"]),
+        ("diff half-map.gpkg map.gpkg", 2, &[CUT_OFF]),
+        ("diff map.gpkg half-flight.gpkg", 2, &[CUT_OFF]),
+        ("serve --db half-map.gpkg", 2, &[CUT_OFF]),
+        ("export --db half-map.gpkg --route route.geojson --corridor-m 300 --out out.gpkg", 2, &[CUT_OFF]),
+        (
+            "candidates --db map.gpkg --layer any --latitude-deg 48.49 --longitude-deg 15.61 --heading-deg 0 --across-m 400 --along-m 300 --inaccuracy-m 20 --drift-m 250",
+            2,
+            &["only a fix searches them all: the store has ortho", "name one with --layer"],
+        ),
+        ("plan --aircraft no-scale.toml", 2, &["state gsd_m_per_px, or height_m with field_of_view_deg"]),
+        (
+            "plan --aircraft aircraft.toml --db map.gpkg --route beyond.geojson",
+            2,
+            &["latitude -99.19", "longitude first"],
+        ),
         ("info notes.txt", 2, &["notes.txt: not an overfly store", "not an SQLite file"]),
         ("motion frame.jpg none.jpg", 2, &["none.jpg: No such file", "check the name"]),
         ("plan --aircraft camera.toml", 2, &["camera.toml does not describe an aircraft", "attitude_sigma_deg"]),
@@ -178,6 +239,21 @@ fn where_a_map_is_built() {
         ("build --db flight.gpkg frame.jpg --crs EPSG:32633", 2, &["frame.jpg: no georeference"]),
         ("build --db photos", 2, &["photos: not an overfly store: a folder"]),
         ("build --db none/new.gpkg none.tif", 2, &["none.tif"]),
+        (
+            "build --db new.gpkg photos --date 2112-07-31",
+            2,
+            &["2112-07-31 is in the future: today is", "check the date, or set the clock"],
+        ),
+        ("layer describe --db map.gpkg ortho --date 2112-07-31", 2, &["2112-07-31 is in the future: today is"]),
+        ("build --db map.gpkg --layer winter", 2, &["layer winter has no unfinished build to resume", "name files"]),
+        (
+            "build --db frame.jpg frame.jpg",
+            2,
+            &["frame.jpg: not an overfly store", "--db names the store that is made"],
+        ),
+        // Nobody, not even root, makes a file there.
+        ("build --db /sys/new.gpkg MAPPED --date 2018-07-16", 2, &["/sys/new.gpkg: no permission"]),
+        ("build --db half-map.gpkg MAPPED", 2, &[CUT_OFF]),
         ("build --db new.gpkg photos --date 16.07.2018", 2, &["\"16.07.2018\" is not a date", "YYYY-MM-DD"]),
         ("build --db new.gpkg photos --layer Summer", 2, &["invalid layer name \"Summer\"", "a-z 0-9"]),
         ("build --db new.gpkg photos --crs WGS84", 2, &["'WGS84'", "as in 32614 or EPSG:32614"]),
@@ -218,6 +294,14 @@ fn where_a_flight_is_exported() {
         (with("--route route.geojson --corridor-m 400mm"), 2, vec!["'400mm'", "as in 400"]),
         (with("--route route.geojson"), 2, vec!["not provided", "--corridor-m <W>"]),
         (with("--route swapped.geojson --corridor-m 300"), 2, vec!["no tile meets the corridor", "longitude first"]),
+        (with("--route beyond.geojson --corridor-m 300"), 2, vec!["latitude -99.19", "longitude first"]),
+        (with("--route route.geojson --corridor-m 1nm"), 2, vec!["a nautical mile is nmi or NM", "m, km, ft, nmi or NM"]),
+        (with("--route route.geojson --corridor-m 0.8 --dry-run"), 0, vec!["WARNING: the corridor is 0.8 m wide", "0.8km"]),
+        (
+            "export --db future.gpkg --out out.gpkg --route route.geojson --corridor-m 300 --serial 1 --sign ground.key".into(),
+            2,
+            vec!["the store holds imagery of 2112-07-31", "set the clock, or correct the date"],
+        ),
         (with("--route route.csv --corridor-m 300"), 2, vec!["route.csv is not a route", "GeoJSON, GPX or KML"]),
         (with("--route point.geojson --corridor-m 300"), 2, vec!["point.geojson", "a Point", "GeoJSON, GPX or KML"]),
         (with("--route none.gpx --corridor-m 300"), 2, vec!["none.gpx", "No such file", "check the name"]),
@@ -234,6 +318,28 @@ fn where_a_flight_is_exported() {
             "export --db map.gpkg --route route.geojson --corridor-m 300 --out notes.txt".into(),
             2,
             vec!["notes.txt", "not overwritten", "choose another name"],
+        ),
+        (
+            "export --db map.gpkg --route route.geojson --corridor-m 300 --out precious.gpkg".into(),
+            2,
+            vec!["precious.gpkg: a map exists there and is not overwritten", "choose another name"],
+        ),
+        (
+            "merge map.gpkg map.gpkg --out precious.gpkg".into(),
+            2,
+            vec!["precious.gpkg: a map exists there and is not overwritten"],
+        ),
+        ("merge map.gpkg map.gpkg --out flight.gpkg".into(), 2, vec!["flight.gpkg: an export exists there"]),
+        (
+            "sign unsigned.gpkg --key ground.key --out precious.gpkg".into(),
+            2,
+            vec!["precious.gpkg: a map exists there and is not overwritten"],
+        ),
+        ("diff map.gpkg flight.gpkg --out precious.gpkg".into(), 2, vec!["precious.gpkg: a map exists there"]),
+        (
+            "export --db map.gpkg --route route.geojson --corridor-m 300 --out flight.gpkg --serial 2".into(),
+            0,
+            vec!["WARNING: flight.gpkg is replaced, an export of serial 6; the new one has serial 2", "serial 2; "],
         ),
         (
             "export --db map.gpkg --route route.geojson --corridor-m 300 --out none/out.gpkg".into(),
@@ -265,16 +371,40 @@ fn where_an_aircraft_is_loaded() {
         ("verify unsigned.gpkg --key ground.key.pub", 3, &["NOT GOOD", "not signed", "ask the planner"]),
         ("verify half-flight.gpkg", 3, &["NOT GOOD", " MB: copying was cut off; copy it again"]),
         ("verify half-map.gpkg", 3, &["NOT GOOD", " MB: copying was cut off; copy it again"]),
+        ("verify begun-flight.gpkg", 3, &["NOT GOOD", "only 50 bytes: copying was cut off; copy it again"]),
+        ("verify empty.gpkg", 3, &["NOT GOOD", "an empty file: copying was cut off; copy it again"]),
+        ("verify unsigned.gpkg", 0, &["GOOD: unsigned.gpkg (NOT signed: anyone may have made this file)"]),
+        ("verify future.gpkg", 0, &["of 2112-07-31, which is in the FUTURE: the date or the clock is wrong"]),
         ("verify none.gpkg", 2, &["none.gpkg: no such file", "copy the store again"]),
         ("serve --db half-flight.gpkg --onboard", 2, &["copying was cut off; copy it again"]),
         ("serve --db map.gpkg --onboard --require-signature ground.key.pub", 2, &["not signed", "ask the planner"]),
+        (
+            "serve --db flight.gpkg --onboard --stale-after-days y2019:730=refuse",
+            2,
+            &["no_such_layer", "no layer \"y2019\"; the layers are ortho"],
+        ),
+        (
+            "serve --db future.gpkg --onboard --stale-after-days 730=warn",
+            2,
+            &["clock_implausible", "set the clock; if it is right, ask the planner"],
+        ),
         ("serve --db map.gpkg --require-signature ground.key.pub", 2, &["not provided", "--onboard"]),
         ("serve --db map.gpkg --listen 8787", 2, &["8787 is not an address", "127.0.0.1:8787"]),
         ("serve --db map.gpkg --memory 1MB", 2, &["must be at least 32MB", "128MB or 1GiB"]),
         ("apply flight.gpkg map.gpkg", 2, &["map.gpkg: not a patch", "copy the patch again"]),
+        ("diff unsigned.gpkg flight.gpkg --out sign.patch", 0, &["sign.patch: "]),
+        (
+            "apply map.gpkg sign.patch",
+            2,
+            &["map.gpkg: it is a map, and the patch makes an export of it", "to another file with --out"],
+        ),
+        ("apply unsigned.gpkg sign.patch --out precious.gpkg", 2, &["precious.gpkg: a map exists there"]),
+        ("apply unsigned.gpkg sign.patch --out applied.gpkg", 0, &["applied.gpkg: serial 6; "]),
         ("apply none.gpkg none.patch", 2, &["none.patch", "no such file"]),
         ("keygen --out ground.key", 2, &["ground.key: exists", "choose another name"]),
         ("sign map.gpkg --key ground.key --out s.gpkg", 2, &["map.gpkg: not an export"]),
+        ("sign unnumbered.gpkg --key ground.key --out s.gpkg", 2, &["it has no serial", "with --serial N"]),
+        ("sign unsigned.gpkg --key ground.key --out s.gpkg", 0, &["s.gpkg: serial 6; ", "signed by"]),
         ("sign flight.gpkg --key ground.key --out s.gpkg", 2, &["flight.gpkg: signed already"]),
     ]);
 }

@@ -75,7 +75,8 @@ fn a_route_that_begins_outside_the_map_has_its_gap_there() {
         assert!(longitude < west + 0.008 || covered > 0.9, "{step}");
     }
     let verdict = summary["verdict"].as_str().unwrap();
-    assert!(verdict.starts_with("fixes on ") && verdict.contains("none from km 0.0 to "), "{verdict}");
+    assert!(verdict.starts_with("the map shows only 23 % of the route: check"), "{verdict}");
+    assert!(verdict.contains("; fixes on ") && verdict.contains("none from km 0.0 to "), "{verdict}");
     // The mode is one that holds through the gap.
     let holds = |mode: &str| summary["route"]["longest_gap"][format!("{mode}_holds")] != false;
     assert!(holds(summary["advice"]["mode"].as_str().unwrap()), "{}", summary["advice"]);
@@ -93,6 +94,10 @@ fn a_route_that_begins_outside_the_map_has_its_gap_there() {
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("planned/route.geojson")).unwrap()).unwrap();
     assert_eq!(points["features"].as_array().unwrap().len(), steps.len());
     let page = std::fs::read_to_string(folder.path().join("planned/plan.html")).unwrap();
+    assert!(
+        page.contains("<h1>Plan</h1><p>the map shows only ") && page.contains("<polyline class=\"track\""),
+        "{page}"
+    );
     assert!(page.contains("a fix is expected") && page.contains("data:image/jpeg") && !page.contains("src=\"http"));
 }
 
@@ -104,6 +109,10 @@ fn a_route_wholly_outside_the_map_is_told_by_the_exit_code() {
     let words = ["plan", "--aircraft", "a.toml", "--db", &db, "--route", "r.geojson"];
     let (exit, said, log) = overfly(folder.path(), &words);
     assert_eq!(exit, Some(1), "{log}");
+    assert!(
+        !said.contains("use        parallel") && said.contains("use        none: the map does not show the route"),
+        "{said}"
+    );
     assert!(said.starts_with("verdict    no fix anywhere") && said.contains("map in 0.0 %"), "{said}");
 }
 

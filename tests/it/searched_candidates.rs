@@ -125,12 +125,15 @@ fn the_service_answers_them_as_a_fix_counts_them() {
         let anywhere = ask(without(&["latitude_deg", "longitude_deg", "sigma_m", "heading_deg"]));
         assert_eq!(anywhere["tiles"].as_array().unwrap().len(), 16);
         assert!((anywhere["containment"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+        let mut any_layer = complete.clone();
+        any_layer["layer"] = "any".into();
         for (body, code, parameter) in [
-            (without(&["camera"]), "parameter_out_of_range", "camera"),
-            (without(&["height_m"]), "parameter_out_of_range", "height_m"),
-            (without(&["height_m", "camera", "pitch_deg", "roll_deg"]), "parameter_out_of_range", "gsd_m_per_px"),
+            (without(&["camera"]), "parameter_missing", "camera"),
+            (without(&["height_m"]), "parameter_missing", "height_m"),
+            (without(&["height_m", "camera", "pitch_deg", "roll_deg"]), "parameter_missing", "gsd_m_per_px"),
             ("[]".to_owned(), "request_not_valid", "body"),
-            (r#"{"gsd_m_per_px": 2.0}"#.to_owned(), "parameter_out_of_range", "camera"),
+            (r#"{"gsd_m_per_px": 2.0}"#.to_owned(), "parameter_missing", "camera"),
+            (any_layer.to_string(), "layer_not_stated", "layer"),
         ] {
             let problem = ask(body.clone());
             assert_eq!(

@@ -217,9 +217,10 @@ fn refuses_what_is_no_store_of_its_own() {
     let cases = [
         (folder.path().join("absent.gpkg"), "store_not_found"),
         (folder.path().to_path_buf(), "not_a_store"),
-        (written("empty.gpkg", b""), "not_a_store"),
+        (written("empty.gpkg", b""), "cut_off"),
         (written("text.gpkg", &b"hello ".repeat(1000)), "not_a_store"),
-        (written("short.gpkg", &whole[..whole.len() / 2]), "damaged_store"),
+        (written("short.gpkg", &whole[..whole.len() / 2]), "cut_off"),
+        (written("header.gpkg", &whole[..50]), "cut_off"),
         (changed("foreign.gpkg", "DROP TABLE overfly_migrations"), "not_a_store"),
         (changed("plain.sqlite", "PRAGMA application_id = 0; DROP TABLE overfly_migrations"), "not_a_store"),
         (changed("newer.gpkg", "INSERT INTO overfly_migrations VALUES (99, 'later')"), "newer_store"),

@@ -93,6 +93,60 @@ fn a_zoom_far_beyond_the_imagery_is_warned_of_before_the_build() {
     }
 }
 
+#[test]
+fn what_a_build_takes_away_or_moves_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = project("tests/fixtures/degrees.tif").display().to_string();
+    let build = |more: &[&str]| {
+        let done = overfly(folder.path(), &[&["build", "--db", "s.gpkg", &source, "--json"], more].concat());
+        assert!(done.status.success(), "{done:?}");
+        (summary(&done), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    let (first, log) = build(&["--layer", "y2018"]);
+    assert!(!log.contains("WARNING") && log.contains("the source has no date and counts as oldest"), "{log}");
+    // The name of the layer is forgotten.
+    for more in [&["--dry-run"][..], &[]] {
+        let (_, log) = build(more);
+        assert!(log.contains("s.gpkg has other layers (y2018), and this build makes one more, ortho"), "{log}");
+    }
+    assert!(!build(&[]).1.contains("WARNING"), "the layer is there now");
+    assert!(!build(&["--layer", "y2020"]).1.contains("WARNING"), "the layer is named");
+    // A coarser zoom removes what is finer.
+    let zoom = (first["base_zoom"].as_u64().unwrap() - 1).to_string();
+    for more in [&["--dry-run"][..], &[]] {
+        let (_, log) = build(&[&["--layer", "y2018", "--zoom", &zoom], more].concat());
+        assert!(
+            log.contains("WARNING: the zoom is coarser than the layer has been: the build removes its finest"),
+            "{log}"
+        );
+    }
+    // Another CRS moves the imagery.
+    let utm = project("tests/fixtures/south_utm.tif").display().to_string();
+    for more in [&["--dry-run", "--json"][..], &["--json"]] {
+        let words = [&["build", "--db", "moved.gpkg", &utm, "--crs", "32733"], more].concat();
+        let done = overfly(folder.path(), &words);
+        let log = String::from_utf8_lossy(&done.stderr);
+        assert!(log.contains("note: --crs EPSG:32733") && log.contains("overrides what "), "{log}");
+        assert_eq!(summary(&done)["overridden_crs"].as_array().unwrap().len(), 1);
+    }
+}
+
+#[test]
+fn an_unfinished_build_is_found_under_its_layer() {
+    let folder = tempfile::tempdir().unwrap();
+    let request = overfly_ingest::build::Request {
+        db: folder.path().join("map.gpkg"),
+        layer: "autumn".into(),
+        sources: vec![project("tiles/epoch_2")],
+        threads: 1,
+        ..Default::default()
+    };
+    overfly_ingest::build::run(&request, &mut |_| std::ops::ControlFlow::Break(())).unwrap_err();
+    let done = overfly(folder.path(), &["build", "--db", "map.gpkg", "--layer", "other"]);
+    let log = String::from_utf8_lossy(&done.stderr);
+    assert!(log.contains("layer other has no unfinished build to resume (layer autumn has one)"), "{log}");
+}
+
 /// Estimates a build and an export, makes both, and compares the sizes.
 fn estimates_hold(folder: &Path, source: &str, line: &str) {
     let build = ["build", "--json", "--db", "map.gpkg", source];
@@ -154,4 +208,29 @@ fn ctrl_c_says_how_to_go_on() {
     std::io::Read::read_to_string(&mut log, &mut said).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(1), "{said}");
     assert!(said.contains("run the same build again to resume it"), "{said}");
+}
+
+#[test]
+fn a_build_says_that_it_waits_for_another_and_stops_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = project("tests/fixtures/degrees.tif").display().to_string();
+    assert!(overfly(folder.path(), &["build", "--db", "s.gpkg", &source]).status.success());
+    let other = rusqlite::Connection::open(folder.path().join("s.gpkg")).unwrap();
+    other.execute_batch("BEGIN IMMEDIATE").unwrap();
+    let words = ["build", "--db", "s.gpkg", &source, "--layer", "second"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_overfly"));
+    let mut child =
+        command.current_dir(folder.path()).args(words).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let mut log = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut said = String::new();
+    while !said.contains("waiting for another build of s.gpkg") {
+        assert!(std::io::BufRead::read_line(&mut log, &mut said).unwrap() > 0, "{said}");
+    }
+    let start = std::time::Instant::now();
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    std::io::Read::read_to_string(&mut log, &mut said).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(1), "{said}");
+    assert!(start.elapsed().as_secs_f64() < 5.0 && said.contains("run the same build again to resume it"), "{said}");
+    other.execute_batch("ROLLBACK").unwrap();
+    assert!(overfly(folder.path(), &words).status.success());
 }

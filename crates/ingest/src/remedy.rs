@@ -52,6 +52,12 @@ pub enum Remedy {
     },
     /// Build the sources again, each with its date.
     StateDatesInBuild,
+    /// Check the acquisition date, or set the clock.
+    CheckDate,
+    /// State the acquisition date of a source whose metadata are wrong, or set the clock.
+    StateDate,
+    /// State the last day of the flight, or set the clock.
+    StateLastDay,
     /// List the sources of the layer.
     ListSources,
     /// Remove the whole layer.

@@ -2,34 +2,44 @@
 //! folder is synced.
 
 use super::StoreError;
-use super::connection::{refuse_side_files, side_files};
 use super::disk_space::free_bytes;
+use super::file_header::{is_export, is_geopackage};
+use super::side_files::{refuse_side_files, side_files};
 use std::fs::{File, TryLockError};
 use std::io::Read;
 use std::os::unix::fs::{MetadataExt, fchown};
 use std::path::{Path, PathBuf};
 
-/// The kind of a file. An atomic file overwrites only files of its own kind.
+/// The kind of a file: what it may take the place of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
-    /// A store.
-    Store,
-    /// A patch between stores.
+    /// A store that was built or merged. It takes the place of no other file.
+    Map,
+    /// An export, which takes the place of an export only: no map is lost to a slip of the name.
+    Export,
+    /// A patch between stores, which takes the place of a patch only.
     Patch,
 }
 
 impl FileKind {
-    /// Whether a file that begins with `head` is of this kind.
-    fn matches(self, head: &[u8]) -> bool {
-        match self {
-            Self::Store => head.starts_with(b"SQLite format 3\0") && head.get(68..72) == Some(b"GPKG"),
-            Self::Patch => head.starts_with(PATCH_MAGIC),
+    /// Returns the kind of a file that begins with `head`: `None` for a file of another program.
+    fn from_head(head: &[u8]) -> Option<Self> {
+        match head {
+            _ if is_export(head) => Some(Self::Export),
+            _ if is_geopackage(head) => Some(Self::Map),
+            _ => head.starts_with(PATCH_MAGIC).then_some(Self::Patch),
         }
+    }
+
+    /// Whether a file of this kind takes the place of one of the other kind.
+    fn replaces(self, found: Option<Self>) -> bool {
+        found == Some(self) && self != Self::Map
     }
 
     fn name(self) -> &'static str {
         match self {
-            Self::Store => "a store",
+            Self::Map => "a map",
+            Self::Export => "an export",
             Self::Patch => "a patch",
         }
     }
@@ -68,13 +78,25 @@ const DRAFT: &str = ".overfly-draft";
 
 impl AtomicFile {
     /// Creates the temporary file: the name of `target` (if it is a link, of the file it links to) with the suffix `.overfly-new`. A
-    /// file that a killed run left under that name is overwritten. An existing target must be empty or of the same kind, and
-    /// must not be one of `inputs`, the files that the new content is made from.
+    /// file that a killed run left under that name is overwritten. An existing target must be empty, or an export or patch if that is
+    /// written, and must not be one of `inputs`, the files that the new content is made from.
     ///
     /// # Errors
     /// [`StoreError::SameFile`], [`StoreError::InTheWay`], [`StoreError::Occupied`] if another process writes the same file, or
     /// where the folder does not exist or cannot be written.
     pub fn create(target: &Path, kind: FileKind, inputs: &[&Path]) -> Result<Self, StoreError> {
+        Self::beside(target, Some(kind), inputs)
+    }
+
+    /// As [`AtomicFile::create`], for the next state of the store at `target`: the caller has read it, and knows what it is.
+    ///
+    /// # Errors
+    /// As [`AtomicFile::create`].
+    pub fn create_in_place(target: &Path, inputs: &[&Path]) -> Result<Self, StoreError> {
+        Self::beside(target, None, inputs)
+    }
+
+    fn beside(target: &Path, kind: Option<FileKind>, inputs: &[&Path]) -> Result<Self, StoreError> {
         let target = &std::fs::canonicalize(target).unwrap_or_else(|_| target.into());
         let temporaries = [NEW, DRAFT].map(|suffix| with_suffix(target, suffix));
         for input in inputs {
@@ -82,7 +104,8 @@ impl AtomicFile {
                 return Err(StoreError::SameFile { path: target.into() });
             }
         }
-        require_kind(target, kind)?;
+        require_regular(target)?;
+        kind.map_or(Ok(()), |kind| require_kind(target, kind))?;
         temporaries.iter().try_for_each(|path| require_regular(path))?;
         let fail = |e: std::io::Error| match e.kind() {
             std::io::ErrorKind::NotFound => StoreError::NoFolder { path: target.into() },
@@ -178,19 +201,20 @@ impl Drop for AtomicFile {
     }
 }
 
-/// Rejects a target that is a file of another kind.
+/// Rejects a target that is not replaced by a file of the kind.
 fn require_kind(target: &Path, kind: FileKind) -> Result<(), StoreError> {
-    require_regular(target)?;
     let mut head = Vec::new();
     match File::open(target) {
         Ok(file) => file.take(100).read_to_end(&mut head).map_err(|e| StoreError::io(target, e))?,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(e) => return Err(StoreError::io(target, e)),
     };
-    if head.is_empty() || kind.matches(&head) {
+    let found = FileKind::from_head(&head);
+    if head.is_empty() || kind.replaces(found) {
         return Ok(());
     }
-    Err(StoreError::InTheWay { path: target.into(), found: format!("a file that is not {}", kind.name()) })
+    let found = found.map_or_else(|| format!("a file that is not {}", kind.name()), |found| found.name().to_owned());
+    Err(StoreError::InTheWay { path: target.into(), found })
 }
 
 /// Rejects a path at which something exists that is not a regular file.
@@ -257,11 +281,26 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let refused =
-            |target: &Path, inputs: &[&Path]| AtomicFile::create(target, FileKind::Store, inputs).unwrap_err().code();
+            |target: &Path, inputs: &[&Path]| AtomicFile::create(target, FileKind::Export, inputs).unwrap_err().code();
         std::fs::write(at("key"), b"-----BEGIN PRIVATE KEY-----").unwrap();
         std::fs::write(at("old.patch"), PATCH_MAGIC).unwrap();
         assert_eq!(refused(&at("key"), &[]), "in_the_way");
         assert_eq!(refused(&at("old.patch"), &[]), "in_the_way");
+        let mut map = [0; 100];
+        map[..16].copy_from_slice(b"SQLite format 3\0");
+        map[68..72].copy_from_slice(b"GPKG");
+        std::fs::write(at("map.gpkg"), map).unwrap();
+        assert_eq!(refused(&at("map.gpkg"), &[]), "in_the_way");
+        map[20] = 144;
+        std::fs::write(at("flight.gpkg"), map).unwrap();
+        let create = |name: &str, kind: FileKind| AtomicFile::create(&at(name), kind, &[]).map(drop);
+        assert!(create("flight.gpkg", FileKind::Export).is_ok());
+        for name in ["map.gpkg", "flight.gpkg"] {
+            for kind in [FileKind::Map, FileKind::Patch] {
+                assert_eq!(create(name, kind).unwrap_err().code(), "in_the_way", "{name}, {kind:?}");
+            }
+            assert!(AtomicFile::create_in_place(&at(name), &[]).is_ok());
+        }
         assert_eq!(refused(Path::new("/dev/null"), &[]), "in_the_way");
         // Neither an input, nor what a temporary name links to, is overwritten.
         std::fs::write(at("a"), b"").unwrap();
@@ -276,7 +315,7 @@ mod tests {
     #[test]
     fn too_little_room_is_told_before_anything_is_written() {
         let folder = tempfile::tempdir().unwrap();
-        let file = AtomicFile::create(&folder.path().join("a.gpkg"), FileKind::Store, &[]).unwrap();
+        let file = AtomicFile::create(&folder.path().join("a.gpkg"), FileKind::Export, &[]).unwrap();
         file.require_room(1).unwrap();
         let refused = file.require_room(1 << 60).unwrap_err();
         assert_eq!(refused.code(), "disk_full");

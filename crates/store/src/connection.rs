@@ -1,7 +1,10 @@
 //! Opens the SQLite file: for reading, for immutable reading, for writing.
 
+use super::busy::wait;
 use super::error::StoreError;
 use super::geometry::register_functions;
+use super::side_files::{refuse_side_files, side_files};
+use super::whole_file::require_whole;
 use super::{manifest, migration, schema};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::os::unix::ffi::OsStrExt;
@@ -14,7 +17,7 @@ pub const APPLICATION_ID: i32 = 0x4750_4B47;
 pub const USER_VERSION: i32 = 10300;
 /// Large pages keep the overflow chains short: a tile has tens of kilobytes.
 const PAGE_SIZE: u32 = 16384;
-/// How long to wait for a transaction of another program.
+/// How long a reader waits for a transaction of another program; see [`wait`] for writers.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// How a store is opened for reading.
@@ -41,8 +44,24 @@ pub struct OpenedStore {
 ///
 /// # Errors
 /// Where the file does not exist, is not a store, has a format that this program cannot read, or (immutable) has a non-empty side
-/// file; [`StoreError::LeftInWal`] where the last changes of another program are still in a `-wal` file.
+/// file; [`StoreError::CutOff`] for half a copy; [`StoreError::LeftInWal`] where the last changes of another program are still in a `-wal`
+/// file.
 pub fn open_read(path: &Path, access: Access) -> Result<OpenedStore, StoreError> {
+    open_readable(path, access).map_err(|error| cut_off_or(path, error))
+}
+
+/// The error that a file is half a copy, if that explains the error. Only a file that is no use anyway is looked at: closing it drops the
+/// locks of other connections.
+fn cut_off_or(path: &Path, error: StoreError) -> StoreError {
+    match error {
+        StoreError::NotAStore { .. } | StoreError::Damaged { .. } | StoreError::DiskError { .. } => {
+            require_whole(path).err().unwrap_or(error)
+        }
+        other => other,
+    }
+}
+
+fn open_readable(path: &Path, access: Access) -> Result<OpenedStore, StoreError> {
     check_file(path)?;
     let access = match access {
         Access::Shared if is_in_wal_mode(path)? => {
@@ -144,6 +163,10 @@ fn open_and_probe(path: &Path, flags: OpenFlags) -> Result<Connection, StoreErro
 /// # Errors
 /// As [`open_read`], where the file cannot be written, and [`StoreError::Sealed`] for an exported store.
 pub fn open_write(path: &Path) -> Result<Connection, StoreError> {
+    open_writable(path).map_err(|error| cut_off_or(path, error))
+}
+
+fn open_writable(path: &Path) -> Result<Connection, StoreError> {
     check_file(path)?;
     let fail = |e| StoreError::sqlite(path, e);
     let opened = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE);
@@ -206,6 +229,8 @@ pub fn create(path: &Path, contract: &str) -> Result<Connection, StoreError> {
     let mut name = path.as_os_str().to_os_string();
     name.push(".overfly-build");
     let draft = PathBuf::from(name);
+    // SQLite does not tell why it cannot create a file.
+    std::fs::File::create(&draft).map_err(|e| StoreError::io(path, e))?;
     let outcome = create_draft(&draft, contract, migration::FORMAT_VERSION)
         .map_err(|e| StoreError::own_file(path, e))
         .and_then(|()| std::fs::rename(&draft, path).map_err(|e| StoreError::io(path, e)));
@@ -236,7 +261,7 @@ pub(super) fn create_draft(draft: &Path, contract: &str, version: u32) -> rusqli
 }
 
 fn prepare_write(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(BUSY_TIMEOUT)?;
+    connection.busy_handler(Some(wait))?;
     connection.set_prepared_statement_cache_capacity(64);
     register_functions(connection)?;
     // Without cache spill the file is locked only while a transaction commits.
@@ -277,28 +302,6 @@ fn store_version(connection: &Connection, path: &Path) -> Result<u32, StoreError
         _ if application == APPLICATION_ID => Err(not("a GeoPackage of another program")),
         _ => Err(not("an SQLite file, but not a GeoPackage")),
     }
-}
-
-/// Returns the names of the `-wal` and `-journal` files of a store.
-pub fn side_files(path: &Path) -> [PathBuf; 2] {
-    ["-wal", "-journal"].map(|suffix| {
-        let mut name = path.as_os_str().to_os_string();
-        name.push(suffix);
-        PathBuf::from(name)
-    })
-}
-
-/// Rejects a store that has a non-empty journal or write-ahead log.
-///
-/// # Errors
-/// [`StoreError::SideFile`].
-pub(super) fn refuse_side_files(path: &Path) -> Result<(), StoreError> {
-    for side in side_files(path) {
-        if std::fs::metadata(&side).is_ok_and(|m| m.len() > 0) {
-            return Err(StoreError::SideFile { side });
-        }
-    }
-    Ok(())
 }
 
 fn immutable_uri(path: &Path) -> String {

@@ -1,6 +1,7 @@
 //! `StoreError`: why a store cannot be opened, read or written.
 
 use super::disk_space::space_text;
+use super::file_header::part_text;
 use super::remedy::StoreRemedy;
 use overfly_core::tile::TileId;
 use std::path::PathBuf;
@@ -179,6 +180,16 @@ pub enum StoreError {
         /// The store.
         path: PathBuf,
     },
+    /// The file is shorter than its header states.
+    #[error("{path}: {part}: copying was cut off; copy it again", path = path.display(), part = part_text(*found, *stated))]
+    CutOff {
+        /// The file.
+        path: PathBuf,
+        /// Its length, bytes.
+        found: u64,
+        /// The length that its header states, bytes; `None` where not even the header is there.
+        stated: Option<u64>,
+    },
     /// The file contradicts itself.
     #[error("{path}: damaged: {reason}", path = path.display())]
     Damaged {
@@ -282,6 +293,7 @@ impl StoreError {
             Self::SameFile { .. } => "same_file",
             Self::Sealed { .. } => "sealed_store",
             Self::Changed { .. } => "store_changed",
+            Self::CutOff { .. } => "cut_off",
             Self::Damaged { .. } | Self::DamagedTile { .. } => "damaged_store",
             Self::ForeignSchema { .. } => "foreign_schema",
             Self::Encode { .. } => "tile_encoding",
@@ -321,6 +333,7 @@ impl StoreError {
             | Self::InTheWay { .. }
             | Self::SameFile { .. }
             | Self::Sealed { .. }
+            | Self::CutOff { .. }
             | Self::Damaged { .. }
             | Self::ForeignSchema { .. }
             | Self::DamagedTile { .. } => true,
@@ -353,6 +366,7 @@ impl StoreError {
             Self::SameFile { .. } => StoreRemedy::ChooseOtherPath,
             Self::NoLayer { .. }
             | Self::LayerName { .. }
+            | Self::CutOff { .. }
             | Self::Encode { .. }
             | Self::Io { .. }
             | Self::Sqlite { .. } => return None,

@@ -5,6 +5,7 @@
 
 mod atomic_file;
 mod bounded_file;
+mod busy;
 mod cache_limits;
 mod cells;
 mod connection;
@@ -18,6 +19,7 @@ mod error;
 mod extent;
 mod extract;
 mod failure;
+mod file_header;
 mod file_stamp;
 mod finish;
 mod footprint;
@@ -42,6 +44,7 @@ mod places;
 mod reader;
 mod remedy;
 mod schema;
+mod side_files;
 mod size_estimate;
 mod source;
 mod stored_tile;
@@ -50,11 +53,13 @@ mod tile_cache;
 mod tile_rows;
 mod verify;
 mod versions;
+mod whole_file;
 mod window;
 mod writer;
 
 pub use atomic_file::{AtomicFile, FileKind, PATCH_MAGIC, file_len};
 pub use bounded_file::{read_bounded, read_bounded_text, read_small_text, require_regular};
+pub use busy::while_waiting;
 pub use cache_limits::CacheLimits;
 pub use connection::migrate;
 pub use connection::{APPLICATION_ID, USER_VERSION, clear_journal};

@@ -47,6 +47,8 @@ pub enum StoreRemedy {
     ChooseOtherName,
     /// Choose another path.
     ChooseOtherPath,
+    /// Write the result to another file than the store.
+    StateOut,
     /// Generate a pair of keys.
     GenerateKey,
     /// Export the store with a signature.
@@ -59,6 +61,8 @@ pub enum StoreRemedy {
     CopyNewestStore,
     /// Export the store again.
     ExportAgain,
+    /// Export the store again, with a serial.
+    ExportWithSerial,
     /// Make a patch from two stores.
     MakePatch,
     /// Copy the patch again, or make it again.
@@ -67,7 +71,7 @@ pub enum StoreRemedy {
     MakePatchFromThisStore,
     /// Copy the new store as a whole. The old store is unchanged.
     CopyStore,
-    /// Set the clock.
+    /// Set the clock, or correct the dates of the imagery.
     SetClock,
     /// Build the store from newer imagery, or change the policy on stale layers.
     UseNewerImageryOrPolicy,

@@ -6,11 +6,16 @@ use crate::cli::number;
 use crate::cli::output::Output;
 use crate::cli::preflight::interrupt::Interrupt;
 use crate::cli::preflight::remedy::explain_rejected;
-use overfly_ingest::build::{self, BuildEstimate, BuildSummary, Progress, Rejected, Request};
-use overfly_store::{LayerChange, Terms, change_layer};
+use crate::today::today;
+use indicatif::ProgressBar;
+use overfly_ingest::build::{
+    self, BuildError, BuildEstimate, BuildSummary, OverriddenCrs, Progress, Rejected, Request,
+};
+use overfly_store::{LayerChange, Reader, StoreError, Terms, change_layer, while_waiting};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::time::Duration;
 
 const HELP: &str = "\
 A layer is one epoch of imagery; a store holds any number of layers. Running build again on a layer adds to it, and continues an
@@ -37,9 +42,9 @@ pub struct Args {
     /// replaces the earlier one at the same path.
     #[arg(value_name = "SOURCE")]
     sources: Vec<PathBuf>,
-    /// Layer to build.
-    #[arg(long, default_value = "ortho", value_name = "NAME")]
-    layer: String,
+    /// Layer to build [default: ortho]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
     /// Finest zoom level, 0 to 23, of Web Mercator tiles of 512 px [default: the one that keeps the resolution of the finest source]
     #[arg(long, value_name = "Z", value_parser = clap::value_parser!(u8).range(..=23))]
     zoom: Option<u8>,
@@ -83,22 +88,25 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.remove_layer {
-        change_layer(&args.db, &args.layer, &LayerChange::Remove)?;
-        let removed = serde_json::json!({"db": args.db, "removed_layer": args.layer});
-        output.say(&removed, || format!("{}: layer {} removed", args.db.display(), args.layer));
+        let layer = args.layer();
+        change_layer(&args.db, layer, &LayerChange::Remove)?;
+        let removed = serde_json::json!({"db": args.db, "removed_layer": layer});
+        output.say(&removed, || format!("{}: layer {layer} removed", args.db.display()));
         return Ok(Exit::Done);
     }
     let request = request(args);
+    args.other_layers().iter().for_each(|text| output.note(text));
     if args.dry_run {
         let mut estimate = build::dry_run(&request)?;
         explain_rejected(&mut estimate.rejected);
         name_rejected(output, &estimate.rejected);
         name_undated(output, estimate.undated_sources, estimate.sources);
         name_unknown_errors(output, estimate.unknown_errors, estimate.sources);
+        name_overridden_crs(output, &estimate.overridden_crs);
         let size = format!("about {:.1} MB", estimate.estimated_bytes as f64 / 1e6);
-        too_fine(estimate.finer_by, estimate.base_tiles + estimate.overview_tiles, &size)
-            .iter()
-            .for_each(|text| output.note(text));
+        let tiles = estimate.base_tiles + estimate.overview_tiles;
+        let warnings = too_fine(estimate.finer_by, tiles, &size).into_iter();
+        warnings.chain(coarser(estimate.coarser_by)).for_each(|text| output.note(&text));
         output.say(&estimate, || describe_estimate(&estimate));
         return Ok(exit(&estimate.rejected));
     }
@@ -107,30 +115,74 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let mut warned = false;
     let mut progress = |state: Progress| {
         if !std::mem::replace(&mut warned, true) {
-            too_fine(state.finer_by, state.total, "--dry-run states the bytes")
-                .iter()
-                .for_each(|text| bar.suspend(|| output.note(text)));
+            let warnings = too_fine(state.finer_by, state.total, "--dry-run states the bytes").into_iter();
+            warnings.chain(coarser(state.coarser_by)).for_each(|text| bar.suspend(|| output.note(&text)));
         }
         bar.set_length(state.total as u64);
         bar.set_position(state.done as u64);
         if interrupt.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let outcome = build::run(&request, &mut progress);
+    let outcome = waiting(&request, (output, &bar, &interrupt), || build::run(&request, &mut progress));
     bar.finish_and_clear();
     let mut summary = outcome?;
     explain_rejected(&mut summary.rejected);
     name_rejected(output, &summary.rejected);
     name_undated(output, summary.undated_sources, summary.sources);
     name_unknown_errors(output, summary.unknown_errors, summary.sources);
+    name_overridden_crs(output, &summary.overridden_crs);
     output.say(&summary, || describe(&summary));
     Ok(exit(&summary.rejected))
+}
+
+/// How long another build is waited for without a word.
+const SILENT: Duration = Duration::from_secs(1);
+
+/// Runs a build. Says that it waits for another build of the store, and ends that waiting when the user wants so.
+fn waiting(
+    request: &Request,
+    (output, bar, interrupt): (&Output, &ProgressBar, &Interrupt),
+    work: impl FnOnce() -> Result<BuildSummary, BuildError>,
+) -> Result<BuildSummary, BuildError> {
+    let text = format!("waiting for another build of {}", request.db.display());
+    let (output, bar, watched) = (*output, bar.clone(), interrupt.clone());
+    let mut told = false;
+    let on_wait = move |waited| {
+        if waited > SILENT && !std::mem::replace(&mut told, true) {
+            bar.suspend(|| output.note(&text));
+        }
+        if watched.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    match while_waiting(on_wait, work) {
+        Err(BuildError::Store(StoreError::Busy { .. })) if interrupt.came() => Err(BuildError::Cancelled),
+        outcome => outcome,
+    }
+}
+
+impl Args {
+    fn layer(&self) -> &str {
+        self.layer.as_deref().unwrap_or("ortho")
+    }
+
+    /// The warning that the build makes one more layer in a store that has others, where no layer is named: the name was forgotten.
+    fn other_layers(&self) -> Option<String> {
+        let store = Reader::open(&self.db).ok().filter(|_| self.layer.is_none())?;
+        let names: Vec<&str> = store.layers().iter().map(|layer| layer.name.as_str()).collect();
+        (!names.contains(&self.layer())).then(|| {
+            format!(
+                "WARNING: {} has other layers ({}), and this build makes one more, {}: --layer names the layer to build",
+                self.db.display(),
+                names.join(", "),
+                self.layer()
+            )
+        })
+    }
 }
 
 fn request(args: &Args) -> Request {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     Request {
         db: args.db.clone(),
-        layer: args.layer.clone(),
+        layer: args.layer().to_owned(),
         sources: args.sources.clone(),
         zoom: args.zoom,
         date: args.date.clone(),
@@ -141,6 +193,7 @@ fn request(args: &Args) -> Request {
         threads: args.threads.map_or_else(cores, usize::from),
         replace_layer: args.replace_layer,
         remove_sources: args.remove_source.clone(),
+        today: Some(today()),
     }
 }
 
@@ -169,8 +222,12 @@ fn name_rejected(output: &Output, rejected: &[Rejected]) {
 fn name_undated(output: &Output, undated: usize, sources: usize) {
     if undated > 0 {
         let order = if undated > 1 { "; their order among themselves is arbitrary" } else { "" };
-        let which = if sources == 1 { "the source has".into() } else { format!("{undated} of {sources} sources have") };
-        output.note(&format!("note: {which} no date and counts as oldest{order}: set it with --date"));
+        let which = match (undated, sources) {
+            (_, 1) => "the source has no date and counts".into(),
+            (1, _) => format!("1 of {sources} sources has no date and counts"),
+            _ => format!("{undated} of {sources} sources have no date and count"),
+        };
+        output.note(&format!("note: {which} as oldest{order}: set it with --date"));
     }
 }
 
@@ -183,6 +240,13 @@ fn name_unknown_errors(output: &Output, unknown: usize, sources: usize) {
     }
 }
 
+fn name_overridden_crs(output: &Output, overridden: &[OverriddenCrs]) {
+    let Some(first) = overridden.first() else { return };
+    let more = if overridden.len() > 1 { format!(", and {} more", overridden.len() - 1) } else { String::new() };
+    let OverriddenCrs { path, own, given } = first;
+    output.note(&format!("note: --crs {given} overrides what {} says: {own}{more}", path.display()));
+}
+
 /// Levels finer than the imagery from which a build warns: each level has four times the tiles of the one before.
 const TOO_FINE: u8 = 2;
 
@@ -192,6 +256,16 @@ fn too_fine(finer_by: u8, tiles: usize, size: &str) -> Option<String> {
         format!(
             "WARNING: the zoom is {finer_by} levels finer than the imagery, which makes about {} times as many tiles and adds no detail: {tiles} tiles, {size}; without --zoom the resolution of the imagery is kept",
             4f64.powi(i32::from(finer_by))
+        )
+    })
+}
+
+/// The warning that the finest levels of the layer are removed: `None` where they are not.
+fn coarser(levels: u8) -> Option<String> {
+    let finest = if levels == 1 { "its finest level".into() } else { format!("its {levels} finest levels") };
+    (levels > 0).then(|| {
+        format!(
+            "WARNING: the zoom is coarser than the layer has been: the build removes {finest}, and the detail there; a build with the finer --zoom makes them again"
         )
     })
 }

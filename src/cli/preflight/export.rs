@@ -2,10 +2,11 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
+use crate::cli::mission_text::mission_text;
 use crate::cli::number::{file_bytes, positive_metres, share};
 use crate::cli::output::Output;
-use crate::cli::preflight::export_warnings::{ExportWarning, export_warnings};
-use crate::cli::today::today;
+use crate::cli::preflight::export_warnings::{ExportWarning, export_warnings, newer_replaced};
+use crate::today::today;
 use overfly_core::coupling::Calibration;
 use overfly_core::tile::gsd_at;
 use overfly_ingest::export::{
@@ -46,10 +47,10 @@ pub struct Args {
     /// The route: GeoJSON, GPX or KML.
     #[arg(long, value_name = "FILE")]
     route: PathBuf,
-    /// W: width of the corridor on each side of the route: metres, or with a unit, as in 0.4km or 1300ft.
+    /// W: width of the corridor on each side of the route: metres, or with a unit (m, km, ft, nmi or NM), as in 0.4km or 1300ft.
     #[arg(long, value_name = "W", value_parser = positive_metres)]
     corridor_m: f64,
-    /// The file to write.
+    /// The file to write; an export there is replaced, a map is not.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Export only this layer; may be repeated [default: all].
@@ -100,9 +101,11 @@ struct Reported<'a, T> {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let store = Reader::open_proved(&args.db)?;
     let request = request(args, &store)?;
+    request.check_dates(&store, today())?;
     // Looking costs little beside writing, and a planner wants to know before it.
     let looked = preview(&store, &request)?;
-    let warnings = export_warnings(&store, &args.layer, &looked.coverage, (args.corridor_m, looked.widest_m));
+    let mut warnings = export_warnings(&store, &args.layer, &looked.coverage, (args.corridor_m, looked.widest_m));
+    warnings.extend(newer_replaced(&args.out, args.serial));
     warnings.iter().for_each(|warning| output.note(&format!("WARNING: {}", warning.message)));
     args.require_covered.map_or(Ok(()), |least| require_covered(args, &looked.coverage, least))?;
     if args.dry_run {
@@ -134,17 +137,7 @@ fn require_covered(args: &Args, coverage: &[CorridorCoverage], least: f64) -> Re
     Err(Failure::unusable("not_covered", reason).with_remedy(Some(remedy)))
 }
 
-/// Refuses a last day that has passed: no aircraft would serve the export.
-fn require_future(valid_until: Option<Date>) -> Result<(), Failure> {
-    let today = today();
-    let Some(day) = valid_until.filter(|day| *day < today) else { return Ok(()) };
-    let reason = anyhow::anyhow!("--valid-until {day} has passed, and today is {today} (UTC)");
-    Err(Failure::unusable("expired_store", reason)
-        .with_remedy(Some("give the last day of the flight, or set the clock")))
-}
-
 fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
-    require_future(args.valid_until)?;
     let routes = read_routes(&args.route)?;
     let calibration = args.calibration.as_deref().map(read_calibration).transpose()?;
     let drift = match &args.aircraft {
@@ -232,6 +225,8 @@ fn text(args: &Args, exported: &Exported) -> String {
         text.push_str(&format!("dropped {}: {}\n", dropped.what, dropped.effect));
     }
     let signed = exported.signed_by.as_ref().map_or("not signed".into(), |key| format!("signed by {key}"));
-    text.push_str(&format!("{}: {} bytes, digest {}, {signed}", args.out.display(), exported.bytes, exported.digest));
+    let mission = mission_text(exported.name.as_deref(), exported.serial, exported.valid_until.as_deref());
+    let (out, bytes, digest) = (args.out.display(), exported.bytes, &exported.digest);
+    text.push_str(&format!("{out}: {mission}{bytes} bytes, digest {digest}, {signed}"));
     text
 }

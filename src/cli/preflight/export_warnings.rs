@@ -1,8 +1,15 @@
 //! `ExportWarning`: what a planner must know about an export before the flight.
 
+use crate::cli::replaced::newer_note;
 use overfly_ingest::export::{CorridorCoverage, CoverageGap, coverage_gaps};
 use overfly_store::Reader;
+use overfly_store::package::stated_serial;
 use serde::Serialize;
+use std::path::Path;
+
+/// A corridor narrower than this on each side, metres, is taken for a slip of the unit: priors are not that good, and no image is that
+/// small.
+const NARROW_M: f64 = 20.0;
 
 /// A warning; the export is made all the same.
 #[derive(Serialize)]
@@ -44,13 +51,24 @@ pub fn export_warnings(
             unknown.join(", ")
         ),
     });
+    let narrow = (corridor_m < NARROW_M).then(|| ExportWarning {
+        code: "narrow_corridor",
+        message: format!(
+            "the corridor is {corridor_m} m wide on each side, less than an image shows and a fix needs: --corridor-m takes metres, or a unit, as in {corridor_m}km"
+        ),
+    });
     let widened = (widest_m > corridor_m).then(|| ExportWarning {
         code: "corridor_widened",
         message: format!(
             "the corridor was widened from {corridor_m:.0} m to up to {widest_m:.0} m on each side, by the drift without a fix that --aircraft states"
         ),
     });
-    unfinished.chain(leaves).chain(widened).chain(unknown).collect()
+    unfinished.chain(narrow).chain(leaves).chain(widened).chain(unknown).collect()
+}
+
+/// The warning that an export takes the place of one with a higher serial.
+pub fn newer_replaced(out: &Path, serial: Option<u64>) -> Option<ExportWarning> {
+    Some(ExportWarning { code: "newer_replaced", message: newer_note(out, stated_serial(out), serial)? })
 }
 
 /// The layers among those asked for, or among all, that have a source of an unknown error.

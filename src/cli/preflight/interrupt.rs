@@ -9,6 +9,7 @@ use std::sync::mpsc::channel;
 const ENDED_BY_INTERRUPT: i32 = 130;
 
 /// Whether the user wants the work to stop.
+#[derive(Debug, Clone)]
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {

@@ -35,7 +35,7 @@ pub struct Args {
     /// The stores to merge.
     #[arg(value_name = "STORE", required = true, num_args = 2..)]
     stores: Vec<PathBuf>,
-    /// The file to write.
+    /// The file to write; no store there is replaced.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Which store covers if tiles of one layer differ.

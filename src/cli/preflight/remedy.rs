@@ -3,12 +3,13 @@
 use overfly_ingest::Remedy;
 use overfly_ingest::build::Rejected;
 
-/// Adds its remedy to the message of each rejected source.
+/// Adds its remedy to the message of a rejected source: to the first that needs it, since many sources often need the same.
 pub fn explain_rejected(rejected: &mut [Rejected]) {
+    let mut told = Vec::new();
     for one in rejected {
-        if let Some(remedy) = one.remedy.take() {
-            one.message = format!("{}; {}", one.message, spell(&remedy));
-        }
+        let Some(remedy) = one.remedy.take().filter(|remedy| !told.contains(remedy)) else { continue };
+        one.message = format!("{}; {}", one.message, spell(&remedy));
+        told.push(remedy);
     }
 }
 
@@ -47,6 +48,9 @@ pub fn spell(remedy: &Remedy) -> String {
             path.display()
         ),
         Remedy::StateDatesInBuild => "state them with `overfly build SOURCE --date D`, source by source".into(),
+        Remedy::CheckDate => "check the date, or set the clock".into(),
+        Remedy::StateDate => "state the right one with --date, or set the clock".into(),
+        Remedy::StateLastDay => "give the last day of the flight with --valid-until, or set the clock".into(),
         Remedy::ListSources => "`overfly info --json` lists its sources".into(),
         Remedy::RemoveLayer => {
             "a layer has at least one source; `overfly layer remove` removes whole layers, and asks first".into()

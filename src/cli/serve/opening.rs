@@ -1,6 +1,7 @@
 //! Opens the store that is served: at the start, and again when its file was replaced, with the same checks.
 
 use crate::cli::failure::Failure;
+use crate::cli::mission_text::mission_text;
 use crate::server::StoreRefusal;
 use overfly_store::package::{Date, PublicKey, StalePolicy, open_onboard, require_serial};
 use overfly_store::{CacheLimits, Reader};
@@ -38,6 +39,11 @@ impl Opening {
         let mut least = self.least_serial.lock();
         require_serial(&self.db, opened.manifest.as_ref(), *least).map_err(Failure::of_crew)?;
         *least = opened.manifest.as_ref().and_then(|manifest| manifest.serial).or(*least);
+        if let Some(manifest) = &opened.manifest {
+            let (name, valid_until) = (manifest.name.as_deref(), manifest.valid_until.as_deref());
+            let mission = mission_text(name, manifest.serial, valid_until);
+            tracing::info!("{}: {mission}digest {}", self.db.display(), manifest.digest);
+        }
         let warnings: Vec<String> = opened.findings.into_iter().map(|f| f.message).collect();
         warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
         Ok((opened.store.with_cache_limits(self.keep).map_err(Failure::of_crew)?, warnings))

@@ -49,7 +49,8 @@ pub(crate) struct FixParametersJson {
     pub attitude_sigma_deg: Option<f64>,
     /// One standard deviation of the height (or ground sample distance) as a ratio; 0.03 by default.
     pub height_sigma_ratio: Option<f64>,
-    /// The layer to search; by default the only one, or `ortho`. `any`: all layers, the newest first, older ones only on no fix.
+    /// The layer to search; by default the only one, or `ortho`. `any` (fixes only): all layers, the newest first,
+    /// older ones only on no fix.
     #[schema(example = "any")]
     pub layer: Option<String>,
     /// When the image was taken, seconds; repeated in the answer.

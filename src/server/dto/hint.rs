@@ -23,6 +23,12 @@ pub(crate) struct HintJson {
     /// The height that matches, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     height_m: Option<f64>,
+    /// The stated ground sample distance, as metres per pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated_m_per_px: Option<f64>,
+    /// The ground sample distance that matches, metres per pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gsd_m_per_px: Option<f64>,
     /// The scale that matches over the stated one: of the height, or of the ground sample distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     ratio: Option<f64>,
@@ -47,6 +53,10 @@ enum HintKindJson {
     Heading,
     /// The stated height is right in feet.
     HeightInFeet,
+    /// The stated height is right in kilometres.
+    HeightInKilometres,
+    /// The stated ground sample distance is right in feet.
+    GsdInFeet,
     /// Another scale matches.
     Scale,
     /// The frame matches in another layer.
@@ -63,6 +73,8 @@ impl HintJson {
             heading_deg: None,
             stated_m: None,
             height_m: None,
+            stated_m_per_px: None,
+            gsd_m_per_px: None,
             ratio: None,
             layer: None,
             map_epoch: None,
@@ -73,14 +85,25 @@ impl HintJson {
             heading_deg: Some(heading_deg),
             ..bare(kind)
         };
+        let height = |kind, [stated_m, height_m]: [f64; 2]| Self {
+            stated_m: Some(stated_m),
+            height_m: Some(height_m),
+            ..bare(kind)
+        };
         match hint {
             Hint::HeadingInRadians { stated_deg, heading_deg } => {
                 heading(HintKindJson::HeadingInRadians, [stated_deg, heading_deg])
             }
             Hint::Heading { stated_deg, heading_deg } => heading(HintKindJson::Heading, [stated_deg, heading_deg]),
-            Hint::HeightInFeet { stated_m, height_m } => {
-                Self { stated_m: Some(stated_m), height_m: Some(height_m), ..bare(HintKindJson::HeightInFeet) }
+            Hint::HeightInFeet { stated_m, height_m } => height(HintKindJson::HeightInFeet, [stated_m, height_m]),
+            Hint::HeightInKilometres { stated_m, height_m } => {
+                height(HintKindJson::HeightInKilometres, [stated_m, height_m])
             }
+            Hint::GsdInFeet { stated_m_per_px, gsd_m_per_px } => Self {
+                stated_m_per_px: Some(stated_m_per_px),
+                gsd_m_per_px: Some(gsd_m_per_px),
+                ..bare(HintKindJson::GsdInFeet)
+            },
             Hint::Scale { ratio } => Self { ratio: Some(ratio), ..bare(HintKindJson::Scale) },
             Hint::Layer { layer, map_epoch } => Self { layer: Some(layer), map_epoch, ..bare(HintKindJson::Layer) },
         }

@@ -15,6 +15,10 @@ use std::time::Duration;
 
 /// Metres in a foot.
 const FOOT_M: f64 = 0.3048;
+/// Metres in a kilometre.
+const KILOMETRE_M: f64 = 1000.0;
+/// Heights below this, metres, are taken for kilometres too.
+const MOST_KILOMETRES: f64 = 30.0;
 /// The scales that are tried, as ratios to the stated one: steps of a factor of 1.26 cover half to twice with their standard
 /// deviation. Large ones first: they are searched faster.
 const SCALES: [f64; 6] = [1.26, 1.59, 2.0, 0.79, 0.63, 0.5];
@@ -47,6 +51,20 @@ pub enum Hint {
         /// The height that matches, metres.
         height_m: f64,
     },
+    /// The stated height is right in kilometres.
+    HeightInKilometres {
+        /// The stated height, as metres.
+        stated_m: f64,
+        /// The height that matches, metres.
+        height_m: f64,
+    },
+    /// The stated ground sample distance is right in feet.
+    GsdInFeet {
+        /// The stated ground sample distance, as metres per pixel.
+        stated_m_per_px: f64,
+        /// The one that matches, metres per pixel.
+        gsd_m_per_px: f64,
+    },
     /// Another scale matches.
     Scale {
         /// The scale that matches over the stated one: the height, or the ground sample distance.
@@ -78,6 +96,14 @@ impl Hint {
                 format!(
                     "matches at a height of {height_m:.0} m, not {stated_m:.0} m: {name} looks like feet (ratio 3.28)"
                 )
+            }
+            Self::HeightInKilometres { stated_m, height_m } => {
+                let name = spell("height_m");
+                format!("matches at a height of {height_m:.0} m, not {stated_m} m: {name} looks like kilometres")
+            }
+            Self::GsdInFeet { stated_m_per_px, gsd_m_per_px } => {
+                let name = spell("gsd_m_per_px");
+                format!("matches at {gsd_m_per_px:.2} m/px, not {stated_m_per_px}: {name} looks like feet (ratio 3.28)")
             }
             Self::Scale { ratio } => {
                 let (height, gsd) = (spell("height_m"), spell("gsd_m_per_px"));
@@ -155,7 +181,8 @@ struct Trial {
 enum Change {
     Radians(f64),
     AnyHeading(f64),
-    Feet(f64),
+    HeightUnit { stated_m: f64, unit_m: f64 },
+    GsdInFeet(f64),
     Scale,
     Layer,
 }
@@ -170,7 +197,15 @@ impl Trial {
         match self.change {
             Change::Radians(stated_deg) => Hint::HeadingInRadians { stated_deg, heading_deg },
             Change::AnyHeading(stated_deg) => Hint::Heading { stated_deg, heading_deg },
-            Change::Feet(stated_m) => Hint::HeightInFeet { stated_m, height_m: stated_m * FOOT_M },
+            Change::HeightUnit { stated_m, unit_m } if unit_m < 1.0 => {
+                Hint::HeightInFeet { stated_m, height_m: stated_m * unit_m }
+            }
+            Change::HeightUnit { stated_m, unit_m } => {
+                Hint::HeightInKilometres { stated_m, height_m: stated_m * unit_m }
+            }
+            Change::GsdInFeet(stated_m_per_px) => {
+                Hint::GsdInFeet { stated_m_per_px, gsd_m_per_px: stated_m_per_px * FOOT_M }
+            }
             Change::Scale => Hint::Scale { ratio: fix.gsd_m_per_px / gsd_m_per_px(&stated.view, frame) },
             Change::Layer => Hint::Layer { layer: self.request.layer.clone(), map_epoch: fix.map_epoch.clone() },
         }
@@ -195,9 +230,8 @@ fn trials(store: &Reader, request: &FixRequest) -> Vec<Trial> {
             });
         }
     }
-    if let View::Posed { height_agl_m, .. } = request.view {
-        trials.push(Trial { request: scaled(FOOT_M), change: Change::Feet(height_agl_m) });
-    }
+    trials
+        .extend(other_units(&request.view).into_iter().map(|(ratio, change)| Trial { request: scaled(ratio), change }));
     if let Some(heading) = request.heading {
         let stated_deg = heading.heading_rad.to_degrees();
         let request = FixRequest { heading: None, ..request.clone() };
@@ -210,6 +244,19 @@ fn trials(store: &Reader, request: &FixRequest) -> Vec<Trial> {
     }
     trials.extend(SCALES.map(|ratio| Trial { request: scaled(ratio), change: Change::Scale }));
     trials
+}
+
+/// The units that people confuse with metres: the ratio to the stated scale, and what is changed.
+fn other_units(view: &View) -> Vec<(f64, Change)> {
+    match *view {
+        View::Nadir { gsd_m_per_px } => vec![(FOOT_M, Change::GsdInFeet(gsd_m_per_px))],
+        View::Posed { height_agl_m: stated_m, .. } => {
+            let feet = (FOOT_M, Change::HeightUnit { stated_m, unit_m: FOOT_M });
+            let kilometres = (KILOMETRE_M, Change::HeightUnit { stated_m, unit_m: KILOMETRE_M });
+            // A few metres are no height of a flight.
+            if stated_m < MOST_KILOMETRES { vec![kilometres, feet] } else { vec![feet] }
+        }
+    }
 }
 
 fn scaled_view(view: View, ratio: f64) -> View {

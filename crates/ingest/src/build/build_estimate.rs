@@ -1,6 +1,7 @@
 //! `BuildEstimate`: the size and the duration of a build, estimated from a few tiles. Nothing is written.
 
 use super::build_plan::BuildPlan;
+use super::declare::OverriddenCrs;
 use super::error::{BuildError, Rejected};
 use super::gather::{gather, require_work};
 use super::request::Request;
@@ -20,12 +21,16 @@ pub struct BuildEstimate {
     pub min_zoom: u8,
     /// Levels by which its finest zoom is finer than the finest source.
     pub finer_by: u8,
+    /// Levels by which its finest zoom is coarser than the layer has been: they would be removed.
+    pub coarser_by: u8,
     /// Sources that the layer would have.
     pub sources: usize,
     /// Those of its sources that have no acquisition date.
     pub undated_sources: usize,
     /// Those of its sources whose position error nothing states.
     pub unknown_errors: usize,
+    /// Those of the given sources whose own CRS the request overrides.
+    pub overridden_crs: Vec<OverriddenCrs>,
     /// Base tiles to compute.
     pub base_tiles: usize,
     /// Overviews to compute.
@@ -53,7 +58,9 @@ pub fn dry_run(request: &Request) -> Result<BuildEstimate, BuildError> {
     let draft = LayerState::read(&request.db, &request.layer)?;
     require_work(request, &draft, &given, &rejected)?;
     let plan = BuildPlan::new(request, &draft, &given)?;
-    estimate(&plan, request, !request.db.exists(), rejected)
+    let overridden_crs = given.iter().filter_map(|g| g.overridden_crs.clone()).collect();
+    let estimated = estimate(&plan, request, !request.db.exists(), rejected)?;
+    Ok(BuildEstimate { overridden_crs, ..estimated })
 }
 
 /// Estimates a plan by making a few of its tiles.
@@ -76,9 +83,11 @@ fn estimate(
         base_zoom: plan.declaration.base_zoom,
         min_zoom: plan.declaration.min_zoom,
         finer_by: plan.finer_by,
+        coarser_by: plan.coarser_by,
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
         unknown_errors: plan.unknown_errors(),
+        overridden_crs: Vec::new(),
         base_tiles,
         overview_tiles,
         kept_tiles: plan.required.len() - plan.jobs(),

@@ -32,6 +32,8 @@ pub struct BuildPlan {
     pub obsolete: usize,
     /// Levels by which the base zoom is finer than the finest source.
     pub finer_by: u8,
+    /// Levels by which the base zoom is coarser than the layer has been: they are removed.
+    pub coarser_by: u8,
     /// Whether nothing has to be done.
     pub up_to_date: bool,
 }
@@ -66,7 +68,9 @@ impl BuildPlan {
         let layer = request.layer.clone();
         let declaration = Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms };
         let finer_by = base_zoom.saturating_sub(natural);
-        Ok(Self { declaration, required, base, overviews, obsolete, finer_by, up_to_date })
+        let before = draft.inputs.keys().map(|tile| tile.zoom()).max().filter(|_| draft.complete);
+        let coarser_by = before.unwrap_or(base_zoom).saturating_sub(base_zoom);
+        Ok(Self { declaration, required, base, overviews, obsolete, finer_by, coarser_by, up_to_date })
     }
 
     /// Returns the number of sources without an acquisition date.
@@ -107,7 +111,7 @@ fn required_sources(
     }
     if sources.is_empty() {
         return Err(if request.remove_sources.is_empty() {
-            BuildError::NoSources
+            BuildError::NoSources { layer: layer(), unfinished: Vec::new() }
         } else {
             BuildError::LastSource { layer: layer() }
         });

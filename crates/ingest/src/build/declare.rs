@@ -2,13 +2,14 @@
 
 use super::error::{MAX_TILES, Rejected};
 use super::outline::Outline;
-use super::request::Request;
+use super::request::{Request, future_day};
 use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash};
 use crate::remedy::Remedy;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::tile::zoom_for_gsd;
 use overfly_store::{Source, default_error_m};
-use std::path::Path;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// A given source and its size.
 #[derive(Debug, Clone)]
@@ -17,6 +18,19 @@ pub struct DeclaredSource {
     pub source: Source,
     /// The number of its pixels.
     pub pixels: u64,
+    /// The CRS that the file states and the request overrides.
+    pub overridden_crs: Option<OverriddenCrs>,
+}
+
+/// A source whose own CRS the request overrides.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct OverriddenCrs {
+    /// The source.
+    pub path: PathBuf,
+    /// What its file states.
+    pub own: String,
+    /// What the request states, and counts.
+    pub given: String,
 }
 
 /// Opens, hashes and describes a file, and checks that it has a valid pixel.
@@ -41,6 +55,9 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
         gsd_m_per_px: description.gsd_m_per_px,
         outline_deg: description.outline.iter().map(|p| [p.longitude_deg(), p.latitude_deg()]).collect(),
     };
+    if let Some(rejected) = source.acquired.as_deref().and_then(|date| future(path, date, request)) {
+        return Err(rejected);
+    }
     if !has_valid_pixel(&photo, &source)? {
         return Err(Rejected {
             path: path.into(),
@@ -53,7 +70,24 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
             remedy: Some(Remedy::CheckValidPixels),
         });
     }
-    Ok(DeclaredSource { source, pixels: description.width_px.saturating_mul(description.height_px) })
+    let overridden =
+        |own: &String| OverriddenCrs { path: path.into(), own: own.clone(), given: description.crs.clone() };
+    Ok(DeclaredSource {
+        source,
+        pixels: description.width_px.saturating_mul(description.height_px),
+        overridden_crs: description.overridden_crs.as_ref().map(overridden),
+    })
+}
+
+/// Why a source is left out whose metadata state a date of the future.
+fn future(path: &Path, date: &str, request: &Request) -> Option<Rejected> {
+    let (day, today) = future_day(date, request.today)?;
+    Some(Rejected {
+        path: path.into(),
+        code: "future_date",
+        message: format!("{}: its metadata date it {day}, in the future: today is {today} (UTC)", path.display()),
+        remedy: Some(Remedy::StateDate),
+    })
 }
 
 /// The error of a source, metres: the stated one, at least that of its CRS. `None` where none is stated, unless that of the CRS alone is

@@ -4,6 +4,7 @@ use crate::raster::RasterError;
 use crate::remedy::Remedy;
 use overfly_core::tile::MAX_ZOOM;
 use overfly_store::StoreError;
+use overfly_store::package::Date;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -34,8 +35,13 @@ pub enum BuildError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// No source was given, and no build of the layer is unfinished.
-    #[error("no source given, and no unfinished build to resume")]
-    NoSources,
+    #[error("no source given, and layer {layer} has no unfinished build to resume{}", elsewhere(unfinished))]
+    NoSources {
+        /// The layer.
+        layer: String,
+        /// Other layers of the store that have one.
+        unfinished: Vec<String>,
+    },
     /// Every source was left out.
     #[error("no usable source:{}", list(rejected))]
     NothingUsable {
@@ -82,6 +88,14 @@ pub enum BuildError {
         /// The text given.
         date: String,
     },
+    /// A date of the future.
+    #[error("an acquisition date of {day} is in the future: today is {today} (UTC)")]
+    FutureDate {
+        /// The day given.
+        day: Date,
+        /// The day of the clock.
+        today: Date,
+    },
     /// One date for all sources of the layer would change which of them covers which.
     #[error("sources of layer {layer} that overlap have different dates, and with one date others would cover")]
     DateChangesCover {
@@ -124,13 +138,14 @@ impl BuildError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Store(error) => error.code(),
-            Self::NoSources => "no_sources",
+            Self::NoSources { .. } => "no_sources",
             Self::NothingUsable { .. } => "nothing_usable",
             Self::NothingValid { .. } => "nothing_valid",
             Self::SourceGone { .. } => "source_gone",
             Self::NoSuchSource { .. } => "no_such_source",
             Self::LastSource { .. } => "last_source",
             Self::Date { .. } => "date",
+            Self::FutureDate { .. } => "future_date",
             Self::DateChangesCover { .. } => "date_changes_cover",
             Self::Parameter { .. } => "parameter",
             Self::TooManyTiles { .. } => "too_many_tiles",
@@ -142,7 +157,8 @@ impl BuildError {
     pub fn remedy(&self) -> Option<Remedy> {
         match self {
             Self::Store(_) | Self::NothingUsable { .. } | Self::Date { .. } | Self::Parameter { .. } => None,
-            Self::NoSources => Some(Remedy::NameSources),
+            Self::FutureDate { .. } => Some(Remedy::CheckDate),
+            Self::NoSources { .. } => Some(Remedy::NameSources),
             Self::NothingValid { .. } => Some(Remedy::FinerZoom),
             Self::SourceGone { path, .. } => Some(Remedy::RestoreSource { path: path.clone() }),
             Self::NoSuchSource { .. } => Some(Remedy::ListSources),
@@ -160,6 +176,14 @@ impl BuildError {
             Self::SourceGone { .. } | Self::Cancelled => false,
             _ => true,
         }
+    }
+}
+
+fn elsewhere(unfinished: &[String]) -> String {
+    match unfinished {
+        [] => String::new(),
+        [one] => format!(" (layer {one} has one)"),
+        several => format!(" (layers {} have one)", several.join(", ")),
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::build_plan::{cover, tile_inputs};
 use super::error::BuildError;
-use super::request::is_date;
+use super::request::check_date;
 use overfly_core::tile::TileId;
+use overfly_store::package::Date;
 use overfly_store::{
     LayerChange, LayerChanged, LayerDescription, LayerState, Reader, Source, StatedDate, change_layer,
     preview_layer_change,
@@ -26,13 +27,15 @@ pub struct DescribeRequest {
     pub attribution: Option<String>,
     /// Acquisition date of all sources of the layer.
     pub date: Option<String>,
+    /// The day of the clock: a date of the future is refused. `None` refuses no date.
+    pub today: Option<Date>,
 }
 
 impl DescribeRequest {
     /// Describes the layer, and returns what has changed.
     ///
     /// # Errors
-    /// [`BuildError::Date`], [`BuildError::DateChangesCover`], or where the store cannot be changed.
+    /// [`BuildError::Date`], [`BuildError::FutureDate`], [`BuildError::DateChangesCover`], or where the store cannot be changed.
     pub fn run(&self) -> Result<LayerChanged, BuildError> {
         Ok(change_layer(&self.db, &self.layer, &self.change()?)?)
     }
@@ -56,9 +59,7 @@ impl DescribeRequest {
 
     /// The date, and what the tiles are made from with it, so that a later build keeps them.
     fn stated_date(&self, date: &str) -> Result<StatedDate, BuildError> {
-        if !is_date(date) {
-            return Err(BuildError::Date { date: date.to_owned() });
-        }
+        check_date(date, self.today)?;
         let base_zoom = Reader::open(&self.db)?.layer(&self.layer)?.base_zoom;
         let state = LayerState::read(&self.db, &self.layer)?;
         let mut old = state.sources;

@@ -23,6 +23,7 @@ mod source_pool;
 mod summary;
 
 pub use build_estimate::{BuildEstimate, dry_run};
+pub use declare::OverriddenCrs;
 pub use error::{BuildError, MAX_TILES, Rejected};
 pub use layer_description::DescribeRequest;
 pub use merge::{Conflict, MergeError, MergeRequest, Merged, MergedLayer, merge};

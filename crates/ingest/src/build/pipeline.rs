@@ -32,6 +32,8 @@ pub struct Progress {
     pub total: usize,
     /// Levels by which the base zoom is finer than the finest source.
     pub finer_by: u8,
+    /// Levels by which the base zoom is coarser than the layer has been.
+    pub coarser_by: u8,
 }
 
 /// Why the pipeline stopped.
@@ -187,7 +189,8 @@ impl<'a> Pipeline<'a, '_> {
             self.writer.commit().map_err(failed)?;
             (self.batch_bytes, self.batch_start) = (0, Instant::now());
         }
-        let state = Progress { done: self.done, total: self.plan.jobs(), finer_by: self.plan.finer_by };
+        let BuildPlan { finer_by, coarser_by, .. } = *self.plan;
+        let state = Progress { done: self.done, total: self.plan.jobs(), finer_by, coarser_by };
         match (self.progress)(state) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Stop::Failed(BuildError::Cancelled)),

@@ -3,6 +3,7 @@
 use super::error::BuildError;
 use jiff::civil::Date;
 use overfly_core::tile::MAX_ZOOM;
+use overfly_store::package::{acquisition_day, is_future};
 use overfly_store::{MOST_ERROR_M, Terms};
 use std::path::PathBuf;
 
@@ -33,20 +34,18 @@ pub struct Request {
     pub replace_layer: bool,
     /// Sources to remove: paths, or at least 8 digits of content hashes.
     pub remove_sources: Vec<String>,
+    /// The day of the clock: imagery of the future is refused. `None` refuses no date.
+    pub today: Option<Date>,
 }
 
 impl Request {
     /// Checks the request without reading a file.
     ///
     /// # Errors
-    /// [`BuildError::Date`], [`BuildError::Parameter`], or an invalid layer name.
+    /// [`BuildError::Date`], [`BuildError::FutureDate`], [`BuildError::Parameter`], or an invalid layer name.
     pub fn check(&self) -> Result<(), BuildError> {
         overfly_store::check_name(&self.layer)?;
-        if let Some(date) = &self.date
-            && !is_date(date)
-        {
-            return Err(BuildError::Date { date: date.clone() });
-        }
+        self.date.as_deref().map_or(Ok(()), |date| check_date(date, self.today))?;
         let refuse = |name, value, expected| Err(BuildError::Parameter { name, value, expected });
         match (self.zoom, self.stretch, self.horizontal_error_m) {
             (Some(zoom), ..) if zoom > MAX_ZOOM => refuse("zoom", zoom.into(), "a zoom from 0 to 23"),
@@ -59,6 +58,26 @@ impl Request {
             _ => Ok(()),
         }
     }
+}
+
+/// Checks that a text is an acquisition date, and not of the future.
+///
+/// # Errors
+/// [`BuildError::Date`], [`BuildError::FutureDate`].
+pub fn check_date(date: &str, today: Option<Date>) -> Result<(), BuildError> {
+    if !is_date(date) {
+        return Err(BuildError::Date { date: date.to_owned() });
+    }
+    match future_day(date, today) {
+        Some((day, today)) => Err(BuildError::FutureDate { day, today }),
+        None => Ok(()),
+    }
+}
+
+/// Returns the day of an acquisition date and today, if no imagery of that day can exist.
+pub fn future_day(date: &str, today: Option<Date>) -> Option<(Date, Date)> {
+    let (day, today) = (acquisition_day(date)?, today?);
+    is_future(day, today).then_some((day, today))
 }
 
 /// Whether a text is YYYY-MM-DD or YYYY-MM-DDTHH:MM:SSZ and names an existing day. Leap seconds are accepted.
@@ -110,8 +129,13 @@ mod tests {
             Request { stretch: Some((5.0, 5.0)), ..good.clone() },
             Request { stretch: Some((f64::NAN, 5.0)), ..good.clone() },
             Request { horizontal_error_m: Some(-1.0), ..good.clone() },
-            Request { date: Some("yesterday".into()), ..good },
+            Request { date: Some("yesterday".into()), ..good.clone() },
         ];
         assert!(bad.iter().all(|r| r.check().is_err()));
+        let today = Some(jiff::civil::date(2026, 7, 16));
+        let dated = |date: &str| Request { date: Some(date.into()), today, ..good.clone() }.check();
+        assert!(dated("2026-07-17").is_ok() && dated("2026-07-16T10:00:00Z").is_ok(), "it is tomorrow elsewhere");
+        assert_eq!(dated("2026-07-18").unwrap_err().code(), "future_date");
+        assert!(Request { date: Some("2112-07-31".into()), ..good }.check().is_ok(), "without a clock");
     }
 }

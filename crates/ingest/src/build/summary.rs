@@ -1,7 +1,7 @@
 //! `BuildSummary`: what a build did.
 
 use super::build_plan::BuildPlan;
-use super::declare::DeclaredSource;
+use super::declare::{DeclaredSource, OverriddenCrs};
 use super::error::{BuildError, Rejected};
 use super::request::Request;
 use overfly_store::Reader;
@@ -26,6 +26,8 @@ pub struct BuildSummary {
     pub undated_sources: usize,
     /// Those of its sources whose position error nothing states.
     pub unknown_errors: usize,
+    /// Those of the given sources whose own CRS the request overrides.
+    pub overridden_crs: Vec<OverriddenCrs>,
     /// Tiles computed in this run.
     pub computed_tiles: usize,
     /// Tiles that stayed as they were.
@@ -67,6 +69,7 @@ pub fn summarise(
         sources: plan.declaration.sources.len(),
         undated_sources: plan.undated_sources(),
         unknown_errors: plan.unknown_errors(),
+        overridden_crs: given.iter().filter_map(|g| g.overridden_crs.clone()).collect(),
         computed_tiles: plan.jobs(),
         kept_tiles: plan.required.len() - plan.jobs(),
         removed_tiles: plan.obsolete,

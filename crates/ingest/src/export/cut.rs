@@ -70,6 +70,12 @@ pub struct Exported {
     pub dropped: Vec<Dropped>,
     /// The public key of the signer, hexadecimal.
     pub signed_by: Option<String>,
+    /// The mission's name.
+    pub name: Option<String>,
+    /// The serial.
+    pub serial: Option<u64>,
+    /// The last day on which the export may be flown.
+    pub valid_until: Option<String>,
     /// How much of the corridor the map shows, by layer.
     pub coverage: Vec<CorridorCoverage>,
     /// The corridor's width at its widest place, metres on each side.
@@ -112,9 +118,10 @@ pub fn export(
     store.prove()?;
     let corridor = Corridor::along(&request.routes, &request.width())?;
     let mut chosen = select(store, request, &corridor)?;
-    let file = AtomicFile::create(out, FileKind::Store, &[store.path()])?;
+    let file = AtomicFile::create(out, FileKind::Export, &[store.path()])?;
     let writing = Writing { store, request, corridor: &corridor, file: &file, progress };
     let (manifest, dropped) = writing.write_within_limit(&mut chosen)?;
+    let (name, serial, valid_until) = (manifest.name.clone(), manifest.serial, manifest.valid_until.clone());
     let seal = write_seal(file.temporary_path(), &manifest.to_text(), request.key.as_ref())?;
     let bytes = file_len(file.temporary_path())?;
     let parts = exported_levels(&Reader::open(file.temporary_path())?, &chosen)?;
@@ -126,6 +133,9 @@ pub fn export(
         file_digest: hex(&seal.file),
         dropped,
         signed_by: manifest.signed_by,
+        name,
+        serial,
+        valid_until,
         coverage: coverages(store, request, &chosen)?,
         widest_m: corridor.widest_m(),
     })
@@ -153,7 +163,8 @@ impl Writing<'_> {
             let least: u64 = exported_levels(self.store, chosen)?.iter().map(known).sum();
             if least <= most {
                 self.file.require_room(least)?;
-                let manifest = self.write(chosen, &dropped)?;
+                // A draft, and a file.
+                let manifest = self.write(chosen, &dropped).map_err(|error| error.needing(least.saturating_mul(2)))?;
                 if file_len(self.file.temporary_path())? <= most {
                     return Ok((manifest, dropped));
                 }

@@ -5,7 +5,7 @@ use crate::remedy::Remedy;
 use overfly_core::coupling::CouplingError;
 use overfly_core::region::RegionError;
 use overfly_store::StoreError;
-use overfly_store::package::PackageError;
+use overfly_store::package::{Date, PackageError};
 use std::path::PathBuf;
 
 /// Why nothing can be exported.
@@ -55,6 +55,14 @@ pub enum ExportError {
         /// The limit.
         most: u64,
     },
+    /// The last day of the export has passed.
+    #[error("the last day {last_day} has passed, and today is {today} (UTC)")]
+    LastDayPassed {
+        /// The last day asked for.
+        last_day: Date,
+        /// The day of the clock.
+        today: Date,
+    },
     /// The map does not reach the route.
     #[error("{path}: no tile meets the corridor", path = path.display())]
     NothingInCorridor {
@@ -83,6 +91,7 @@ impl ExportError {
             Self::CorridorWidth { .. } => "corridor_width",
             Self::RouteTooLong { .. } => "route_too_long",
             Self::TooManyComparisons { .. } => "too_many_comparisons",
+            Self::LastDayPassed { .. } => "expired_store",
             Self::NothingInCorridor { .. } => "no_tile_in_corridor",
             Self::TooLarge { .. } => "too_large",
         }
@@ -94,8 +103,18 @@ impl ExportError {
             Self::Plan(e) => e.remedy(),
             Self::NothingInCorridor { .. } | Self::RouteTooLong { .. } => Some(Remedy::CheckRoute),
             Self::TooLarge { .. } | Self::TooManyComparisons { .. } => Some(Remedy::ReduceExport),
+            Self::LastDayPassed { .. } => Some(Remedy::StateLastDay),
             Self::Coupling(_) | Self::Region(_) | Self::CorridorWidth { .. } => None,
             Self::Store(_) | Self::Package(_) => None,
+        }
+    }
+
+    /// The error with the bytes that the work needed, if the disk was full.
+    pub(super) fn needing(self, bytes: u64) -> Self {
+        match self {
+            Self::Store(error) => Self::Store(error.needing(bytes)),
+            Self::Package(PackageError::Store(error)) => Self::Store(error.needing(bytes)),
+            other => other,
         }
     }
 

@@ -1,9 +1,11 @@
 //! `ExportRequest`: what to export.
 
 use super::corridor::{CorridorDrift, CorridorWidth};
+use super::error::ExportError;
 use overfly_core::coupling::Calibration;
 use overfly_core::route::Route;
-use overfly_store::package::{Date, SecretKey};
+use overfly_store::Reader;
+use overfly_store::package::{Date, SecretKey, require_past_imagery};
 
 /// What to export.
 #[derive(Debug)]
@@ -48,6 +50,23 @@ impl ExportRequest {
             serial: None,
             key: None,
         }
+    }
+
+    /// Checks the dates by the clock: the last day must not have passed, and what is signed must not hold imagery of the future. An
+    /// aircraft would refuse either.
+    ///
+    /// # Errors
+    /// [`ExportError::LastDayPassed`], [`overfly_store::package::PackageError::Clock`].
+    pub fn check_dates(&self, store: &Reader, today: Date) -> Result<(), ExportError> {
+        if let Some(last_day) = self.valid_until.filter(|day| *day < today) {
+            return Err(ExportError::LastDayPassed { last_day, today });
+        }
+        if self.key.is_some() {
+            let layers = store.finished_layers();
+            let asked = layers.filter(|layer| self.layers.is_empty() || self.layers.contains(&layer.name));
+            require_past_imagery(store.path(), asked, today)?;
+        }
+        Ok(())
     }
 
     /// The width of the corridor.

@@ -79,6 +79,7 @@ pub fn read_aircraft(path: &Path) -> Result<Aircraft, PlanError> {
         aircraft.width_px.get_or_insert(f64::from(camera.width_px));
         aircraft.height_px.get_or_insert(f64::from(camera.height_px));
     }
+    aircraft.missing().map_or(Ok(()), |what| Err(refuse(what.into())))?;
     aircraft.parameters(&Calibration::PROJECT, None).map_err(|e| refuse(e.to_string()))?;
     Ok(aircraft)
 }
@@ -104,6 +105,22 @@ fn missing(name: &'static str, expected: &'static str) -> CouplingError {
 }
 
 impl Aircraft {
+    /// What the file must state and does not, or states twice.
+    fn missing(&self) -> Option<&'static str> {
+        match (self.gsd_m_per_px, self.height_m, self.field_of_view_deg) {
+            (Some(_), _, Some(_)) => return Some("leave out field_of_view_deg where gsd_m_per_px is stated"),
+            (None, Some(_), None) | (None, None, _) => {
+                return Some("state gsd_m_per_px, or height_m with field_of_view_deg, or height_m with camera");
+            }
+            _ => {}
+        }
+        match (self.width_px, self.height_px) {
+            (None, _) => Some("state width_px, or a camera that states it"),
+            (_, None) => Some("state height_px, or a camera that states it"),
+            _ => None,
+        }
+    }
+
     /// Returns the columns and rows of a frame, pixels.
     ///
     /// # Errors

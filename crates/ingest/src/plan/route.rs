@@ -1,6 +1,7 @@
 //! Reading routes from GeoJSON, GPX and KML.
 
 mod geojson;
+mod position;
 mod xml;
 
 use super::error::PlanError;

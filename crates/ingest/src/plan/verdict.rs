@@ -1,7 +1,10 @@
 //! What a plan comes to: the mode to use with the route in hand, and one sentence about the route.
 
-use super::forecast::{Forecast, advise};
+use super::forecast::{Advice, Forecast, advise};
 use super::matchability::RouteForecast;
+
+/// A map that shows less than this share of a route is probably that of another one.
+const LITTLE_MAP: f64 = 0.5;
 
 /// Most gaps that the sentence names.
 const NAMED_GAPS: usize = 4;
@@ -24,6 +27,9 @@ impl Forecast {
             self.combined.fails.get_or_insert(format!("{why} {place}"));
         }
         self.advice = advise(&self.sequential, &self.parallel, &self.combined);
+        if route.with_map == 0.0 {
+            self.advice = Advice { mode: None, why: "the map does not show the route, so no mode has a fix".into() };
+        }
         self
     }
 
@@ -46,7 +52,12 @@ impl Forecast {
         let more =
             if gaps.len() > NAMED_GAPS { format!(" and {} more gaps", gaps.len() - NAMED_GAPS) } else { String::new() };
         let none = if named.is_empty() { String::new() } else { format!(", none {}{more}", named.join(", ")) };
-        format!("fixes on {:.0} % of the route{none}; {mode}", 100.0 * route.with_fix)
+        let fixes = format!("fixes on {:.0} % of the route{none}", 100.0 * route.with_fix);
+        if route.with_map >= LITTLE_MAP {
+            return format!("{fixes}; {mode}");
+        }
+        let shown = 100.0 * route.with_map;
+        format!("the map shows only {shown:.0} % of the route: check that both are the right ones; {fixes}; {mode}")
     }
 }
 
@@ -151,5 +162,11 @@ mod tests {
         let mut none = route(&[false, false], true, true);
         none.with_map = 0.0;
         assert!(forecast().verdict(Some(&none)).starts_with("no fix anywhere"));
+        let outside = forecast().along(&none);
+        assert!(outside.advice.mode.is_none() && outside.advice.why.contains("does not show the route"), "{outside:?}");
+        let mut little = route(&[true, false, false, false], true, true);
+        little.with_map = 0.25;
+        let verdict = forecast().verdict(Some(&little));
+        assert!(verdict.starts_with("the map shows only 25 % of the route: check"), "{verdict}");
     }
 }

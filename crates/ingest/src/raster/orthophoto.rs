@@ -41,6 +41,8 @@ pub struct OrthophotoDescription {
     pub acquired: Option<String>,
     /// The standard deviation per axis that the CRS's datum shift adds, metres.
     pub crs_error_m: f64,
+    /// The CRS that the file states itself, where another one was given for it.
+    pub overridden_crs: Option<String>,
 }
 
 /// An opened orthophoto. `Send + Sync`. Blocks are read on demand and cached within a bound.
@@ -70,6 +72,7 @@ impl Orthophoto {
             Some(affine) => affine,
             None => world_placement(path)?.ok_or_else(|| RasterError::NoGeoreference { path: path.into() })?,
         };
+        let own_crs = given.is_some().then(|| opened.own_crs.or_else(|| prj_crs(path).ok()?.map(crs_name))).flatten();
         let crs = match given.or(opened.crs) {
             Some(crs) => crs,
             None => prj_crs(path)?.ok_or_else(|| RasterError::NoCrs { path: path.into(), detail: String::new() })?,
@@ -86,6 +89,7 @@ impl Orthophoto {
             outline: georeference.outline.clone(),
             acquired: opened.acquired,
             crs_error_m: georeference.crs.error_m(),
+            overridden_crs: own_crs.filter(|own| own != georeference.crs.name()),
         };
         let cache = options.cache.clone().unwrap_or_default();
         let source_key = cache.new_source();
@@ -119,7 +123,13 @@ struct OpenedFile {
     format: String,
     affine: Option<Affine>,
     crs: Option<Crs>,
+    /// The CRS that the file states, where it is overridden.
+    own_crs: Option<String>,
     acquired: Option<String>,
+}
+
+fn crs_name(crs: Crs) -> String {
+    crs.name().to_owned()
 }
 
 impl OpenedFile {
@@ -145,13 +155,16 @@ impl OpenedFile {
         let source = TiffSource::open(path, options)?;
         let (affine, crs) = placement(path, source.base(), options.crs.is_some())?;
         let acquired = source.acquired();
-        Ok(Self { source: Box::new(source), format: "GeoTIFF".into(), affine, crs, acquired })
+        // What it says itself, where that is read at all: another one was given, perhaps since it cannot be.
+        let own = options.crs.and_then(|_| placement(path, source.base(), false).ok()?.1);
+        let own_crs = own.map(crs_name);
+        Ok(Self { source: Box::new(source), format: "GeoTIFF".into(), affine, crs, own_crs, acquired })
     }
 
     fn photo(path: &Path, format: ImageFormat, options: &OpenOptions) -> Result<Self, RasterError> {
         let source = PhotoSource::open(path, format, options)?;
         let (format, acquired) = (source.format_name().to_string(), source.acquired());
-        Ok(Self { source: Box::new(source), format, affine: None, crs: None, acquired })
+        Ok(Self { source: Box::new(source), format, affine: None, crs: None, own_crs: None, acquired })
     }
 
     /// Opens with GDAL a file that no other decoder here reads.
@@ -159,7 +172,7 @@ impl OpenedFile {
     fn other(path: &Path, options: &OpenOptions, _refusal: RasterError) -> Result<Self, RasterError> {
         let source = super::gdal::GdalSource::open(path, options)?;
         let (affine, crs) = source.placement(options.crs.is_some())?;
-        Ok(Self { format: source.format_name(), source: Box::new(source), affine, crs, acquired: None })
+        Ok(Self { format: source.format_name(), source: Box::new(source), affine, crs, own_crs: None, acquired: None })
     }
 
     #[cfg(not(feature = "gdal"))]

@@ -15,14 +15,22 @@ const HEIGHT_WITHOUT_MAP_PX: usize = 600;
 pub fn plan_html(forecast: &Forecast, text: &str, route: Option<(&RouteForecast, Option<&Mosaic>)>) -> String {
     let body = html! {
         @if let Some((route, mosaic)) = route { (route_map(route, mosaic)) }
-        section { h2 { "Figures" } pre { (text) } }
+        section { h2 { "Figures" } pre { @for line in text.lines() { (figures_line(line)) } } }
         section {
             h2 { "Plots" }
             div class="plots" { @for (_, plot) in plan_svgs(forecast) { figure { (PreEscaped(plot)) } } }
         }
     };
-    let introduction = html! { (forecast.advice.why) };
+    let introduction = html! { (forecast.verdict(route.map(|(route, _)| route))) };
     Page { title: "overfly: plan", heading: "Plan", introduction, body, script: "" }.into_html()
+}
+
+/// Longest line of a table, characters; what is longer is a sentence, and wraps.
+const TABLE_CHARS: usize = 108;
+
+fn figures_line(line: &str) -> Markup {
+    let is_sentence = line.chars().count() > TABLE_CHARS;
+    html! { @if is_sentence { span class="sentence" { (line) } } @else { (line) "\n" } }
 }
 
 fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> Markup {
@@ -45,19 +53,28 @@ fn route_map(route: &RouteForecast, mosaic: Option<&Mosaic>) -> Markup {
         section {
             h2 { "Route" }
             p class="legend" {
-                span class="key right" {} "a fix is expected " span class="key false" {} "no fix is expected"
+                span class="key track" {} "the route " span class="key right" {} "a fix is expected "
+                span class="key false" {} "no fix is expected"
             }
-            svg class="map" viewBox=(view_box) role="img" aria-label="map of the route" {
+            svg class="map route" viewBox=(view_box) role="img" aria-label="map of the route" {
                 @if let Some((_, (small, _))) = &picture {
                     image width=(width) height=(height) href=(data_url(small, 78)) {}
                 }
-                @for s in &route.steps { @if let Some(at) = place(s) { (step(s, at)) } }
+                (track(route.steps.iter().filter_map(&place)))
+                @for s in &route.steps { @if let Some(at) = place(s) { (step(s, at, (right - left) / 200.0)) } }
             }
         }
     }
 }
 
-fn step(s: &RouteStep, at: [f64; 2]) -> Markup {
+/// The line of the route, below its steps.
+fn track(points: impl Iterator<Item = [f64; 2]>) -> Markup {
+    let points = points.map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ");
+    html! { polyline class="track-edge" points=(points) {} polyline class="track" points=(points) {} }
+}
+
+/// A step as a dot, with its figures. Position and radius are in units of the picture.
+fn step(s: &RouteStep, at: [f64; 2], radius: f64) -> Markup {
     let class = if s.fix_expected { "fix right" } else { "fix false" };
     let [x, y] = at.map(|v| format!("{v:.1}"));
     let title = format!(
@@ -68,7 +85,7 @@ fn step(s: &RouteStep, at: [f64; 2]) -> Markup {
         s.distinctiveness,
         s.execution_s
     );
-    html! { circle class=(class) cx=(x) cy=(y) r="6" { title { (title) } } }
+    html! { circle class=(class) cx=(x) cy=(y) r=(format!("{radius:.2}")) { title { (title) } } }
 }
 
 /// The box around the picture and the route: left, top, right, bottom. A route farther away than five pictures is cut.

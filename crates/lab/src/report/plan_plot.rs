@@ -71,7 +71,7 @@ fn settling(forecast: &Forecast) -> String {
         ("parallel", RIGHT, run(parallel, late(forecast.parallel.unstable_s))),
         ("combined", BOUND, run(combined, late(forecast.combined.unstable_s))),
     ];
-    chart("search", "log10 of seconds since the last image (first) and of each search", &lines, None)
+    chart("search (0: the time since the last image)", "log10 of its time, s", &lines, None)
 }
 
 fn chart(x: &str, y: &str, lines: &[Line], dot: Option<(f64, f64)>) -> String {

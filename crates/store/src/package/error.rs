@@ -76,19 +76,6 @@ pub enum PackageError {
         /// What does not match.
         reason: String,
     },
-    /// The file is shorter than its header states.
-    #[error(
-        "{path}: {:.1} of {:.1} MB: copying was cut off; copy it again",
-        *found as f64 / 1e6, *stated as f64 / 1e6, path = path.display()
-    )]
-    CutOff {
-        /// The store.
-        path: PathBuf,
-        /// Its length, bytes.
-        found: u64,
-        /// The length that its header states, bytes.
-        stated: u64,
-    },
     /// The seal was altered.
     #[error("{path}: its seal was altered: {reason}", path = path.display())]
     AlteredSeal {
@@ -128,6 +115,16 @@ pub enum PackageError {
         path: PathBuf,
         /// What differs.
         reason: String,
+    },
+    /// In place, the patch would make an export of a built map, or a map of an export.
+    #[error("{path}: {found}, and the patch makes {made} of it", path = path.display())]
+    OtherKind {
+        /// The store.
+        path: PathBuf,
+        /// What the store is.
+        found: &'static str,
+        /// What the patch makes.
+        made: &'static str,
     },
     /// Another program has opened the sealed file for writing.
     #[error(
@@ -201,7 +198,6 @@ impl PackageError {
             Self::NotAKey { .. } => "not_a_key",
             Self::Unsigned { .. } => "unsigned_store",
             Self::WrongKey { .. } => "wrong_key",
-            Self::CutOff { .. } => "cut_off",
             Self::NotExported { .. } => "not_exported",
             Self::NoSerial { .. } => "no_serial",
             Self::AlreadySigned { .. } => "already_signed",
@@ -211,6 +207,7 @@ impl PackageError {
             Self::AlteredPatch { .. } => "altered_patch",
             Self::WrongBase { .. } => "wrong_base",
             Self::OtherResult { .. } => "other_result",
+            Self::OtherKind { .. } => "in_the_way",
             Self::Expired { .. } => "expired_store",
             Self::OlderSerial { .. } => "older_serial",
             Self::OpenedForWriting { .. } => "opened_for_writing",
@@ -242,14 +239,14 @@ impl PackageError {
             Self::AlteredPatch { .. } => StoreRemedy::CopyPatchAgain,
             Self::WrongBase { .. } => StoreRemedy::MakePatchFromThisStore,
             Self::OtherResult { .. } => StoreRemedy::CopyStore,
-            Self::Expired { .. } | Self::NoSerial { .. } => StoreRemedy::ExportAgain,
+            Self::Expired { .. } => StoreRemedy::ExportAgain,
+            Self::NoSerial { .. } => StoreRemedy::ExportWithSerial,
             Self::OlderSerial { .. } => StoreRemedy::CopyNewestStore,
             Self::OpenedForWriting { .. } => StoreRemedy::CopyAgain,
             Self::Clock { .. } => StoreRemedy::SetClock,
             Self::Stale { .. } => StoreRemedy::UseNewerImageryOrPolicy,
-            Self::CutOff { .. } | Self::AlreadySigned { .. } | Self::Io { .. } | Self::Randomness { .. } => {
-                return None;
-            }
+            Self::OtherKind { .. } => StoreRemedy::StateOut,
+            Self::AlreadySigned { .. } | Self::Io { .. } | Self::Randomness { .. } => return None,
         })
     }
 

@@ -167,7 +167,10 @@ fn create(path: &Path, mode: u32, text: &str) -> Result<(), PackageError> {
     outcome.map_err(|cause| match cause.kind() {
         std::io::ErrorKind::AlreadyExists => PackageError::KeyExists { path: path.into() },
         std::io::ErrorKind::NotFound => PackageError::Store(crate::StoreError::NoFolder { path: path.into() }),
-        _ => PackageError::io(path, cause),
+        _ => match PackageError::io(path, cause) {
+            PackageError::Store(error) => error.needing(MOST_BYTES).into(),
+            other => other,
+        },
     })
 }
 

@@ -19,7 +19,7 @@ mod verify;
 pub use date::{acquisition_day, days_between, parse_date, utc_day};
 pub use digest::file_digest;
 pub use error::PackageError;
-pub use freshness::{Finding, StalePolicy, check_freshness};
+pub use freshness::{Finding, StalePolicy, check_freshness, is_future, require_past_imagery};
 pub use jiff::civil::Date;
 pub use key::{PublicKey, SecretKey, generate};
 pub use manifest::{Dropped, Manifest, ManifestLayer, ManifestRoute};
@@ -30,6 +30,6 @@ pub use patch::{
 };
 pub use seal::{SEAL_LEN, Seal};
 pub use sealed_file::{read_seal, write_seal};
-pub use serial::require_serial;
+pub use serial::{require_serial, stated_serial};
 pub use sign::{Signed, sign};
 pub use verify::{PackageVerification, VerifyOptions, verify_package};

@@ -1,9 +1,10 @@
 //! Opens a store as the aircraft does: proves manifest, signature, age and every footprint.
 
 use super::freshness::{Finding, StalePolicy, check_freshness};
-use super::sealed_file::{read_seal, require_unopened, require_whole};
+use super::sealed_file::{read_seal, require_unopened};
 use super::{Manifest, PackageError, PublicKey, Seal};
-use crate::Reader;
+use crate::whole_file::require_whole;
+use crate::{Reader, StoreError};
 use jiff::civil::Date;
 use std::collections::HashMap;
 use std::path::Path;
@@ -27,16 +28,17 @@ pub struct Onboard {
 /// # Errors
 /// As [`Reader::open_onboard`], and [`PackageError::Unsigned`], [`PackageError::WrongKey`],
 /// [`PackageError::AlteredManifest`], [`PackageError::AlteredSeal`], [`PackageError::Expired`], [`PackageError::Stale`],
-/// [`PackageError::Clock`].
+/// [`PackageError::Clock`]; [`StoreError::NoLayer`] where a policy names a layer that the store does not have.
 pub fn open_onboard(
     path: &Path,
     required: Option<&PublicKey>,
     policies: &[StalePolicy],
     today: Date,
 ) -> Result<Onboard, PackageError> {
-    let store = Reader::open_onboard(path).map_err(|error| require_whole(path).err().unwrap_or(error.into()))?;
+    let store = Reader::open_onboard(path)?;
     require_whole(path)?;
     let manifest = proved_manifest(&store, required)?;
+    require_layers(&store, policies)?;
     let findings = check_freshness(path, store.layers(), manifest.as_ref(), policies, today)?;
     let store = match &manifest {
         Some(manifest) => {
@@ -48,6 +50,18 @@ pub fn open_onboard(
         None => store,
     };
     Ok(Onboard { store, manifest, findings })
+}
+
+/// Checks that the store has every layer that a policy names: a misspelt one would be checked by nobody.
+///
+/// # Errors
+/// [`StoreError::NoLayer`].
+fn require_layers(store: &Reader, policies: &[StalePolicy]) -> Result<(), StoreError> {
+    let named = policies.iter().filter_map(|policy| policy.layer.as_deref());
+    named.filter(|name| store.layers().iter().all(|layer| layer.name != *name)).try_for_each(|name| {
+        store.layer(name)?;
+        Ok(())
+    })
 }
 
 /// Returns the manifest of a store, proved by seal and signature: `None` if the store was not exported and no signature is required.

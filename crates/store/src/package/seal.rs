@@ -8,14 +8,13 @@
 //! | 48..80 | BLAKE3 hash of the whole file, with these 144 bytes as zeros |
 //! | 80..144 | Ed25519 signature of bytes 0..80; zeros if unsigned |
 
+use crate::file_header::{HEADER_LEN, RESERVED_AT, SQLITE_MAGIC, page_len};
 use std::ops::Range;
 
 /// Length of a seal, and of the reserved space at the end of every page, bytes.
 pub const SEAL_LEN: usize = 144;
 
 const MAGIC: [u8; 16] = *b"overfly seal 1\n\0";
-/// Length of the header of an SQLite file, bytes.
-pub(super) const HEADER_LEN: usize = 100;
 
 /// The seal of an exported store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,26 +60,12 @@ impl Seal {
     }
 }
 
-/// Returns the length of a page of a file with this header, bytes.
-fn page_len(header: &[u8; HEADER_LEN]) -> u64 {
-    let stated = u16::from_be_bytes([header[16], header[17]]);
-    // 1 stands for 65536 (the file format, 1.3.2).
-    if stated == 1 { 65_536 } else { u64::from(stated) }
-}
-
 /// Returns the position of the seal in a file with this header, the end of the first page: `None` if the pages do not reserve
 /// [`SEAL_LEN`] bytes.
 pub(super) fn position(header: &[u8; HEADER_LEN]) -> Option<Range<u64>> {
     let page = page_len(header);
-    let fits = header.starts_with(b"SQLite format 3\0") && usize::from(header[20]) == SEAL_LEN && page >= 512;
+    let fits = header.starts_with(SQLITE_MAGIC) && usize::from(header[RESERVED_AT]) == SEAL_LEN && page >= 512;
     fits.then(|| page - SEAL_LEN as u64..page)
-}
-
-/// Returns the length that the header of an SQLite file states, bytes: `None` if it states none (the file format, 1.3.8).
-pub(super) fn stated_len(header: &[u8; HEADER_LEN]) -> Option<u64> {
-    let pages = u32::from_be_bytes([header[28], header[29], header[30], header[31]]);
-    let is_stated = header.starts_with(b"SQLite format 3\0") && pages > 0 && header[24..28] == header[92..96];
-    is_stated.then(|| page_len(header) * u64::from(pages))
 }
 
 #[cfg(test)]
@@ -98,17 +83,6 @@ mod tests {
             other[at] ^= 4;
             assert_eq!(Seal::from_bytes(&other), None);
         }
-    }
-
-    #[test]
-    fn the_header_states_the_length_of_the_file() {
-        let mut header = [0; HEADER_LEN];
-        header[..16].copy_from_slice(b"SQLite format 3\0");
-        (header[16], header[30], header[31]) = (0x40, 2, 1);
-        assert_eq!(stated_len(&header), Some(513 * 16_384));
-        header[27] = 9;
-        assert_eq!(stated_len(&header), None, "written by a program that does not keep the count");
-        assert_eq!(stated_len(&[0; HEADER_LEN]), None);
     }
 
     #[test]

@@ -3,9 +3,8 @@
 use super::PackageError;
 use super::digest::file_digest;
 use super::key::SecretKey;
-use super::seal::{HEADER_LEN, SEAL_LEN, Seal, position, stated_len};
-use crate::connection::refuse_side_files;
-use crate::require_regular;
+use super::seal::{SEAL_LEN, Seal, position};
+use crate::file_header::HEADER_LEN;
 use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
@@ -54,27 +53,6 @@ pub(super) fn require_unopened(path: &Path) -> Result<(), PackageError> {
         return Ok(());
     }
     Err(PackageError::OpenedForWriting { path: path.into(), uses_wal })
-}
-
-/// Checks that a file is as long as its header states. Half a copy is not, unless an unfinished write explains it.
-///
-/// # Errors
-/// [`PackageError::CutOff`].
-pub(super) fn require_whole(path: &Path) -> Result<(), PackageError> {
-    let fail = |e| PackageError::io(path, e);
-    if require_regular(path).is_err() {
-        return Ok(());
-    }
-    let file = File::open(path).map_err(fail)?;
-    let mut header = [0; HEADER_LEN];
-    if file.read_exact_at(&mut header, 0).is_err() || refuse_side_files(path).is_err() {
-        return Ok(());
-    }
-    let found = file.metadata().map_err(fail)?.len();
-    match stated_len(&header) {
-        Some(stated) if stated > found => Err(PackageError::CutOff { path: path.into(), found, stated }),
-        _ => Ok(()),
-    }
 }
 
 /// Seals a store that was written with [`SEAL_LEN`] reserved bytes a page and this manifest. Signs it if `key` is given.

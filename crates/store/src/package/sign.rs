@@ -2,7 +2,7 @@
 
 use super::onboard::{check_layers, proved_manifest};
 use super::sealed_file::{read_seal, write_seal};
-use super::{Date, Manifest, PackageError, SEAL_LEN, SecretKey, check_freshness, file_digest};
+use super::{Date, Manifest, PackageError, SEAL_LEN, SecretKey, check_freshness, file_digest, require_past_imagery};
 use crate::{AtomicFile, Extract, FileKind, LayerPart, Reader, StoreError, file_len, hex};
 use overfly_core::tile::TileId;
 use serde::Serialize;
@@ -19,14 +19,20 @@ pub struct Signed {
     pub file_digest: String,
     /// The public key of the signer, hexadecimal.
     pub signed_by: String,
+    /// The mission's name, if the export has one.
+    pub name: Option<String>,
+    /// The serial.
+    pub serial: Option<u64>,
+    /// The last day on which the export may be flown.
+    pub valid_until: Option<String>,
 }
 
 /// Signs the export at `path`, and writes it to `out`: byte for byte what the export would be, had it been signed at once. Calls
 /// `progress` with the number of tiles done and the total.
 ///
 /// # Errors
-/// [`PackageError::NotExported`], [`PackageError::AlreadySigned`], [`PackageError::NoSerial`], [`PackageError::Expired`]; where the export is damaged or the disk
-/// is full.
+/// [`PackageError::NotExported`], [`PackageError::AlreadySigned`], [`PackageError::NoSerial`], [`PackageError::Expired`],
+/// [`PackageError::Clock`]; where the export is damaged or the disk is full.
 pub fn sign(
     path: &Path,
     key: &SecretKey,
@@ -44,8 +50,9 @@ pub fn sign(
     }
     check_layers(&store, &manifest)?;
     check_freshness(path, store.layers(), Some(&manifest), &[], today)?;
+    require_past_imagery(path, store.layers(), today)?;
     require_intact(path)?;
-    let file = AtomicFile::create(out, FileKind::Store, &[path])?;
+    let file = AtomicFile::create(out, FileKind::Export, &[path])?;
     file.require_room(store.bytes())?;
     let mut extract = Extract::begin_version(&file.draft_path(), store.descriptor_contract(), store.format_version())?;
     let total = store.layers().iter().map(|l| l.tiles).sum();
@@ -62,7 +69,8 @@ pub fn sign(
     let seal = write_seal(file.temporary_path(), &manifest.to_text(), Some(key))?;
     let bytes = file_len(file.temporary_path())?;
     file.persist()?;
-    Ok(Signed { bytes, digest: manifest.digest, file_digest: hex(&seal.file), signed_by })
+    let Manifest { digest, name, serial, valid_until, .. } = manifest;
+    Ok(Signed { bytes, digest, file_digest: hex(&seal.file), signed_by, name, serial, valid_until })
 }
 
 /// Checks that every byte of an export is as its seal states: a signature must not cover damage.

@@ -2,8 +2,9 @@
 
 use super::freshness::check_freshness;
 use super::onboard::{check_layers, proved_manifest};
-use super::sealed_file::{read_seal, require_unopened, require_whole};
+use super::sealed_file::{read_seal, require_unopened};
 use super::{Manifest, PackageError, PublicKey, file_digest};
+use crate::whole_file::require_whole;
 use crate::{Layer, Reader, StoreError, StoreRemedy, Verification, hex, verify};
 use jiff::civil::Date;
 use serde::Serialize;
@@ -79,7 +80,7 @@ pub fn verify_package(
         let found = if metadata.is_dir() { "a folder" } else { "not a regular file" };
         return Err(StoreError::NotAStore { path: path.into(), found: found.into() }.into());
     }
-    if let Err(error @ PackageError::CutOff { .. }) = require_whole(path) {
+    if let Err(error) = require_whole(path) {
         return Ok(cut_off(&error, metadata.len()));
     }
     let reopened = require_unopened(path).err();
@@ -184,7 +185,7 @@ impl WholeFile {
 }
 
 /// The verification of half a copy: nothing else is worth saying about it.
-fn cut_off(error: &PackageError, bytes: u64) -> PackageVerification {
+fn cut_off(error: &StoreError, bytes: u64) -> PackageVerification {
     let problems = vec![error.to_string()];
     let store = Verification { ok: false, digest: String::new(), tiles: 0, bad_tiles: Vec::new(), problems };
     WholeFile { bytes, digest: None }.verification(store, Some((error.code(), error.remedy())))

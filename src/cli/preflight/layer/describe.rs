@@ -4,6 +4,7 @@ use super::outcome::Outcome;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::output::Output;
+use crate::today::today;
 use overfly_ingest::build::DescribeRequest;
 use std::path::PathBuf;
 
@@ -52,6 +53,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         licence: args.licence.clone(),
         attribution: args.attribution.clone(),
         date: args.date.clone(),
+        today: Some(today()),
     };
     let changed = if args.dry_run { request.preview()? } else { request.run()? };
     let stated = [

@@ -44,6 +44,12 @@ pub enum CandidatesError {
         /// What there is.
         layers: Vec<String>,
     },
+    /// All layers were asked for.
+    #[error("layer any stands for all layers, and only a fix searches them all: the store has {}", listed(layers))]
+    AnyLayer {
+        /// What there is.
+        layers: Vec<String>,
+    },
     /// The region reaches too far.
     #[error(
         "the region reaches {reach_m:.0} m from its centre, the limit is {MAX_REACH_M} m: state less drift, uncertainty, speed or time"
@@ -85,7 +91,7 @@ impl CandidatesError {
             Self::OutOfRange { .. } => "parameter_out_of_range",
             Self::Conflict { .. } => "parameter_conflict",
             Self::UnknownMode { .. } => "mode_unknown",
-            Self::LayerNotStated { .. } => "layer_not_stated",
+            Self::LayerNotStated { .. } | Self::AnyLayer { .. } => "layer_not_stated",
             Self::RegionTooLarge { .. } => "region_too_large",
             Self::TooManyTiles { .. } => "too_many_tiles",
             Self::Store(error) => error.code(),
@@ -97,7 +103,7 @@ impl CandidatesError {
         match self {
             Self::Missing { name, .. } | Self::OutOfRange { name, .. } | Self::Conflict { name, .. } => Some(name),
             Self::UnknownMode { .. } => Some("mode"),
-            Self::LayerNotStated { .. } => Some("layer"),
+            Self::LayerNotStated { .. } | Self::AnyLayer { .. } => Some("layer"),
             Self::RegionTooLarge { .. } | Self::TooManyTiles { .. } | Self::Store(_) => None,
         }
     }

@@ -25,6 +25,6 @@ pub use parameters::CandidateParameters;
 pub use query::{CandidateQuery, MAX_TILES};
 pub use ranking::rank;
 pub use residents::Residents;
-pub use search::{candidates, default_layer};
+pub use search::{candidates, default_layer, named_layer};
 pub use search_cost::SearchCost;
 pub use searched::searched_candidates;

@@ -7,7 +7,7 @@ use super::ranking::rank;
 use super::search_cost::SearchCost;
 use overfly_core::region::Region;
 use overfly_core::tile::{MAX_ZOOM, MercatorBounds, TileId, zoom_for_gsd};
-use overfly_store::{Layer, Reader};
+use overfly_store::{ANY_LAYER, Layer, Reader};
 
 /// Answers a query from the store's own R-tree. [`super::Residents`] answers the same from memory.
 ///
@@ -26,13 +26,24 @@ pub(super) fn prepare<'a>(
     query: &CandidateQuery,
 ) -> Result<(&'a Layer, u8, Region), CandidatesError> {
     let layer = match &query.layer {
-        Some(name) => store.layer(name)?,
+        Some(name) => named_layer(store, name)?,
         None => default_layer(store)?,
     };
     let zoom = level(layer, query)?;
     let region = Region::new(query.centre, query.image, query.uncertainty)?;
     bounded(&region.mercator_bounds(), zoom, layer, MAX_TILES)?;
     Ok((layer, zoom, region))
+}
+
+/// Returns the finished layer of a name.
+///
+/// # Errors
+/// [`CandidatesError::AnyLayer`] for [`ANY_LAYER`], unless a layer of an older program has that name; where the store has no such layer.
+pub fn named_layer<'a>(store: &'a Reader, name: &str) -> Result<&'a Layer, CandidatesError> {
+    if name == ANY_LAYER && store.layers().iter().all(|layer| layer.name != ANY_LAYER) {
+        return Err(CandidatesError::AnyLayer { layers: store.layers().iter().map(|l| l.name.clone()).collect() });
+    }
+    Ok(store.layer(name)?)
 }
 
 /// Returns the layer to use where none is named: the only complete one, or `ortho` among several.

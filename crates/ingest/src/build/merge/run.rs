@@ -31,7 +31,7 @@ pub fn merge(request: &MergeRequest, progress: &dyn Fn(u64, u64)) -> Result<Merg
         })
         .collect::<Result<Vec<_>, MergeError>>()?;
     let read: Vec<&Path> = request.stores.iter().map(PathBuf::as_path).collect();
-    let file = AtomicFile::create(&request.out, FileKind::Store, &read)?;
+    let file = AtomicFile::create(&request.out, FileKind::Map, &read)?;
     let extract = Extract::begin(&file.draft_path(), CONTRACT)?;
     let total = unions.iter().map(Union::jobs).sum();
     let mut done = 0;

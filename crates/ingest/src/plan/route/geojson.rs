@@ -2,6 +2,7 @@
 //!
 //! Only what makes a line is kept: no text takes much more memory than it has bytes, whatever it holds.
 
+use super::position::position_at;
 use overfly_core::geodesy::Geodetic;
 use serde::de::{Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, de};
@@ -96,7 +97,7 @@ fn line(coordinates: &RawValue) -> Result<Vec<Geodetic>, String> {
 fn geodetic(index: usize, position: &RawValue) -> Result<Geodetic, String> {
     let Position { longitude_deg, latitude_deg } =
         serde_json::from_str(position.get()).map_err(|_| format!("position {index} is not [longitude, latitude]"))?;
-    Geodetic::from_degrees(latitude_deg, longitude_deg).map_err(|e| format!("position {index}: {e}"))
+    position_at(index, latitude_deg, longitude_deg)
 }
 
 impl<'de> Deserialize<'de> for Position {

@@ -1,5 +1,6 @@
 //! Parsing the lines of a GPX (1.0, 1.1) or KML (2.2) text. Elements are known by their local names, whatever their namespace.
 
+use super::position::position_at;
 use overfly_core::geodesy::Geodetic;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -90,5 +91,5 @@ fn parse_tuple(index: usize, tuple: &str) -> Result<Geodetic, String> {
 
 fn at(index: usize, latitude: &str, longitude: &str) -> Result<Geodetic, String> {
     let number = |text: &str| text.trim().parse().map_err(|_| format!("position {index}: {text:?} is not a number"));
-    Geodetic::from_degrees(number(latitude)?, number(longitude)?).map_err(|e| format!("position {index}: {e}"))
+    position_at(index, number(latitude)?, number(longitude)?)
 }

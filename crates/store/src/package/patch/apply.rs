@@ -48,6 +48,8 @@ pub struct Applied {
     pub bytes: u64,
     /// The public key of the verified signature, hexadecimal.
     pub signed_by: Option<String>,
+    /// The serial of the new store, if it is an export that states one.
+    pub serial: Option<u64>,
 }
 
 /// Applies a patch. The new store is written beside `out`, proved by the digests that the patch states (for an exported store, also
@@ -71,8 +73,10 @@ fn make(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Appli
     let (header, records) = patch_file::open(request.patch)?;
     let sealed = stated_seal(&header, request)?;
     let signed_by = sealed.as_ref().and_then(|(manifest, _)| manifest.signed_by.clone());
+    let serial = sealed.as_ref().and_then(|(manifest, _)| manifest.serial);
     let base = Reader::open(request.store)?;
     let seal = sealed.as_ref().map(|(_, seal)| seal);
+    require_same_kind(&base, seal.is_some(), request)?;
     if request.store == request.out && is_result(&base, &header, seal)? {
         let (digest, bytes) = (header.result, base.bytes());
         return Ok(Applied {
@@ -82,6 +86,7 @@ fn make(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Appli
             patched_tiles: 0,
             bytes,
             signed_by,
+            serial,
         });
     }
     check_base(&base, &header, request.store)?;
@@ -90,8 +95,7 @@ fn make(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Appli
         let manifest = sealed.as_ref().map(|(manifest, _)| manifest);
         require_serial(request.patch, manifest, serial_of(base.manifest()))?;
     }
-    let read = if request.store == request.out { &[request.patch][..] } else { &[request.patch, request.store] };
-    let file = AtomicFile::create(request.out, FileKind::Store, read)?;
+    let file = result_file(request, seal.is_some())?;
     let extract = Extract::begin_version(&file.draft_path(), base.descriptor_contract(), header.store_format)?;
     let mut writer = ResultWriter { base: &base, extract: &extract, request, progress, kept: 0, patched: 0 };
     writer.layers(&header, records)?;
@@ -107,7 +111,7 @@ fn make(request: &ApplyRequest<'_>, progress: &dyn Fn(u64, u64)) -> Result<Appli
     base.check_unchanged()?;
     drop(base);
     file.persist()?;
-    Ok(Applied { changed: true, digest: header.result, kept_tiles, patched_tiles, bytes, signed_by })
+    Ok(Applied { changed: true, digest: header.result, kept_tiles, patched_tiles, bytes, signed_by, serial })
 }
 
 /// Returns manifest and seal of an exported result, proved by the signature.
@@ -123,6 +127,29 @@ fn stated_seal(header: &PatchHeader, request: &ApplyRequest<'_>) -> Result<Optio
             }
             Ok(Some((manifest, seal)))
         }
+    }
+}
+
+/// Creates the file of the result.
+fn result_file(request: &ApplyRequest<'_>, is_export: bool) -> Result<AtomicFile, StoreError> {
+    if request.store == request.out {
+        return AtomicFile::create_in_place(request.out, &[request.patch]);
+    }
+    let kind = if is_export { FileKind::Export } else { FileKind::Map };
+    AtomicFile::create(request.out, kind, &[request.patch, request.store])
+}
+
+/// Checks that, in place, an export stays an export and a map a map: a sealed map could not be built any more.
+fn require_same_kind(base: &Reader, makes_export: bool, request: &ApplyRequest<'_>) -> Result<(), PackageError> {
+    let (found, made) = match (base.manifest().is_some(), makes_export) {
+        (false, true) => ("it is a map", "an export"),
+        (true, false) => ("it is an export", "a map"),
+        _ => return Ok(()),
+    };
+    if request.store == request.out {
+        Err(PackageError::OtherKind { path: request.store.into(), found, made })
+    } else {
+        Ok(())
     }
 }
 
