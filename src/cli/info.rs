@@ -3,7 +3,7 @@
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::mission_text::mission_text;
-use crate::cli::output::Output;
+use crate::cli::output::{Output, one_line};
 use overfly_store::package::Manifest;
 use overfly_store::{Layer, PLACES_SINCE, Reader, Source, StoreError, hex};
 use serde::Serialize;
@@ -136,11 +136,6 @@ fn older_format(info: &Info<'_>) -> String {
     format!(
         "an older format: it lacks hashes that bind each tile to its place, outlines of valid pixels, licences and serials, and takes an error of 0 for unknown; {remedy}"
     )
-}
-
-/// A text of several lines as one.
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn describe(info: &Info<'_>) -> String {

@@ -1,9 +1,11 @@
 //! Mission, serial and last day of an export, in words.
 
+use crate::cli::output::one_line;
+
 /// What an export is for, and a separator; empty where it states nothing of it.
 pub fn mission_text(name: Option<&str>, serial: Option<u64>, valid_until: Option<&str>) -> String {
     let stated = [
-        name.map(|name| format!("mission {name}")),
+        name.map(|name| format!("mission {}", one_line(name))),
         serial.map(|serial| format!("serial {serial}")),
         valid_until.map(|day| format!("valid until {day}")),
     ];

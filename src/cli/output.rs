@@ -7,6 +7,26 @@ use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
+/// A text without what moves or recolours the cursor, or turns the reading direction: names and descriptions come from files, and a file
+/// must not write over the verdict on it. Such characters are spelt out, as `\u{1b}`.
+fn printable(text: &str) -> String {
+    let is_plain = |c: char| c == '\n' || c == '\t' || !(c.is_control() || turns_direction(c));
+    if text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    text.chars().map(|c| if is_plain(c) { c.to_string() } else { c.escape_unicode().to_string() }).collect()
+}
+
+/// The bidirectional formatting characters of Unicode (UAX 9).
+fn turns_direction(c: char) -> bool {
+    matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// A text of several lines as one.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// The two streams, and the format that the user wants.
 #[derive(Debug, Clone, Copy)]
 pub struct Output {
@@ -27,7 +47,8 @@ impl Output {
 
     /// Prints one JSON line if JSON is requested, else the text.
     pub fn say(&self, value: &impl Serialize, text: impl FnOnce() -> String) {
-        let line = if self.json { serde_json::to_string(value).expect("results serialise") } else { text() };
+        let line =
+            if self.json { serde_json::to_string(value).expect("results serialise") } else { printable(&text()) };
         // A closed pipe is not a failure: the reader wants no more.
         let _ = writeln!(std::io::stdout(), "{line}");
     }
@@ -45,7 +66,7 @@ impl Output {
 
     /// Prints a note on standard error.
     pub fn note(&self, text: &str) {
-        let _ = writeln!(std::io::stderr(), "{text}");
+        let _ = writeln!(std::io::stderr(), "{}", printable(text));
     }
 
     /// Prints a failure on standard error, and as a JSON line on standard output if JSON is requested.
@@ -99,6 +120,13 @@ fn message(error: &anyhow::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_text_of_a_file_moves_the_cursor_or_the_reading_direction() {
+        assert_eq!(printable("GOOD: a\n\troute é"), "GOOD: a\n\troute é");
+        assert_eq!(printable("x\u{1b}[1A\r\u{202e}y\u{9b}"), r"x\u{1b}[1A\u{d}\u{202e}y\u{9b}");
+        assert_eq!(one_line(" a\n GOOD: b\tc "), "a GOOD: b c");
+    }
 
     #[test]
     fn prints_every_cause_once() {

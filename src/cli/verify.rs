@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
-use crate::cli::output::Output;
+use crate::cli::output::{Output, one_line};
 use crate::cli::remedy::spell_for_crew;
 use crate::today::today;
 use overfly_store::Layer;
@@ -120,7 +120,7 @@ fn verify_text(args: &Args, found: &PackageVerification) -> String {
 /// Name and serial, where the manifest states either.
 fn mission(manifest: &Manifest) -> Option<String> {
     let serial = manifest.serial.map(|serial| format!("serial {serial}"));
-    let stated: Vec<String> = manifest.name.iter().cloned().chain(serial).collect();
+    let stated: Vec<String> = manifest.name.as_deref().map(one_line).into_iter().chain(serial).collect();
     (!stated.is_empty()).then(|| stated.join(", "))
 }
 

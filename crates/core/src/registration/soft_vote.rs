@@ -49,19 +49,17 @@ const UNSEARCHED: f32 = 1.0;
 const STEP_PX: f64 = 2.0;
 /// Most steps of growth or of turn to each side.
 const MAX_STEPS: i64 = 5;
-/// Shifts of a pixel on either axis give almost the same sum: so many count as one trial. Of 1,877 negatives over five maps, all counted,
-/// none stated less than 10^-1.6.
-const DEPENDENT_SHIFTS: f64 = 9.0;
 /// The variance is taken no lower than this. With this value alone, not measured per view, 4 of 876 negatives were accepted.
 const LEAST_VARIANCE_FACTOR: f64 = 1.3;
 /// The polish of the similarity ends at this step, pixels at the outermost window.
 const LAST_STEP_PX: f64 = 0.05;
 
 impl SoftVote {
-    /// log10 of the number of false alarms: of similarities with so high a sum by chance, where `places` views voted.
+    /// log10 of the number of false alarms: of similarities with so high a sum by chance, where `places` views voted. All similarities count,
+    /// though neighbours depend on each other: so it is rather too large.
     pub fn log10_nfa(&self, places: f64) -> f64 {
         let factor = self.variance_factor.max(LEAST_VARIANCE_FACTOR);
-        let tests = (self.compared / DEPENDENT_SHIFTS).max(1.0).log10() + places.max(1.0).log10();
+        let tests = self.compared.max(1.0).log10() + places.max(1.0).log10();
         log10_gamma_tail(self.windows as f64 / factor, self.sum / factor) + tests
     }
 }
