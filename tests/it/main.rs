@@ -8,6 +8,7 @@ mod command_line;
 mod damaged_frames;
 mod demo;
 mod disturbed;
+mod drawn_town;
 mod endurance;
 mod epochs;
 mod equations;
