@@ -35,11 +35,13 @@ pub enum Attack {
     HostileFix,
     /// Ask for fixes anywhere on the map at a wrong scale, and for hints.
     HintedFixes,
+    /// Ask for fixes at so coarse a scale that the frame shows several times the map.
+    CoarseFixes,
 }
 
 impl Attack {
     /// All attacks, and before them none.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Nothing,
         Self::Zigzag,
         Self::Objects,
@@ -51,6 +53,7 @@ impl Attack {
         Self::HostileTile,
         Self::HostileFix,
         Self::HintedFixes,
+        Self::CoarseFixes,
     ];
 
     /// The name in the table.
@@ -67,6 +70,7 @@ impl Attack {
             Self::HostileTile => "tile that inflates to 680 MB",
             Self::HostileFix => "fix over that tile",
             Self::HintedFixes => "wide fixes with hints",
+            Self::CoarseFixes => "fixes at far too coarse a scale",
         }
     }
 
@@ -94,6 +98,7 @@ impl Attack {
             Self::HostileTile => ask(address, &material.hostile_tile, end),
             Self::HostileFix => ask(address, &material.hostile_fix, end),
             Self::HintedFixes => ask(address, &material.hinted_fix, end),
+            Self::CoarseFixes => ask(address, &material.coarse_fix, end),
         }
     }
 }

@@ -29,6 +29,8 @@ pub struct AttackMaterial {
     pub hostile_fix: Vec<u8>,
     /// A fix without position and heading, at a wrong height, with hints.
     pub hinted_fix: Vec<u8>,
+    /// A fix whose frame shows fourteen times the ground of the layer, under any heading.
+    pub coarse_fix: Vec<u8>,
 }
 
 impl AttackMaterial {
@@ -46,6 +48,8 @@ impl AttackMaterial {
             "gsd_m_per_px": gsd_at(centre, 17).mean_m_per_px(), "layer": HOSTILE,
         });
         let anywhere = serde_json::json!({"gsd_m_per_px": 4.0, "layer": "ortho", "hints": true, "hints_limit_s": 10});
+        let coarse =
+            serde_json::json!({"gsd_m_per_px": 36.0, "layer": "ortho", "height_sigma_ratio": 0.3, "hints": true});
         let fix = |image: &[u8], request: &serde_json::Value| {
             post("/v1/fixes", &[("image", image), ("request", request.to_string().as_bytes())])
         };
@@ -59,6 +63,7 @@ impl AttackMaterial {
             hostile_tile: get(&format!("/v1/tiles/{HOSTILE}/{}/{}/{}", tile.zoom(), tile.column(), tile.row())),
             hostile_fix: fix(&frame, &here),
             hinted_fix: fix(&frame, &anywhere),
+            coarse_fix: fix(&frame, &coarse),
         }
     }
 }
