@@ -5,7 +5,7 @@
 //! stated attitude.
 
 use super::camera_pose::CameraPose;
-use super::refine::RefinedPlace;
+use super::refined_place::RefinedPlace;
 use nalgebra::{Matrix2, Vector2};
 use overfly_core::camera::{Attitude, Camera, DEFAULT_UNSTATED_SIGMA_DEG, Intrinsics, View};
 use overfly_core::geodesy::BodyFrame;

@@ -6,9 +6,8 @@ use super::map::Map;
 use super::observation::Observation;
 use super::place_estimate::pose_with_tilt;
 use super::prepare::PreparedFrame;
-use super::refine::{
-    ENTRY_RADIUS_PX, ENTRY_TOLERANCE_PX, MAX_GROWTH, MAX_TURN_RAD, Pass, REFINED_PEAKS, RefinedPlace, Vote,
-};
+use super::refined_place::{REFINED_PEAKS, RefinedPlace, Vote};
+use super::window_pass::{ENTRY_RADIUS_PX, MAX_GROWTH, MAX_TURN_RAD, Pass};
 use overfly_core::camera::View;
 use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote, variance_factor};
 use overfly_core::registration::window_fit::{WindowFitOptions, fit_windows_about};
@@ -94,7 +93,7 @@ impl SoftRefinement<'_> {
     /// The place near a pose that the vote at one level elects; `None` where it elects none.
     fn elected(&self, zoom: u8, pose: CameraPose, is_first: bool) -> Result<Option<RefinedPlace>, StoreError> {
         let start = pose.at_zoom(zoom);
-        let pass = Pass { zoom, radius_px: ENTRY_RADIUS_PX, step_px: 1, tolerance_px: ENTRY_TOLERANCE_PX };
+        let pass = Pass::entry(zoom, true);
         let margin_px = pass.radius_px + BESIDE_PX as usize;
         let Some(observation) = Observation::new(self.map, &self.prepared.frame, &start, margin_px)? else {
             return Ok(None);

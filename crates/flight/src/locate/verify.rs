@@ -8,7 +8,7 @@ use super::near_maxima::near_maxima;
 use super::observation::Observation;
 use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
-use super::refine::{RefinedPlace, Vote};
+use super::refined_place::{RefinedPlace, Vote};
 use super::refusal::Refusal;
 use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalReport, RivalSearch};
 use super::search_context::SearchContext;

@@ -1,6 +1,7 @@
 //! What a ray sees of a world: the first cell whose top it passes, or whose side it meets.
 
-use super::cells::{BLOCK, Cells, FIRST_BUILDING, GREEN};
+use super::cells::{BLOCK, Cells};
+use super::sample::{FIRST_BUILDING, GREEN};
 use super::world::World;
 
 /// Where a ray met the cells.

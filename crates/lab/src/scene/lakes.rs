@@ -1,10 +1,11 @@
 //! Lakes: farmland in quarter sections with lakes and ponds, whose level is another on another day.
 
 use super::building::{Building, Roof};
-use super::cells::{Cells, FIRST_BUILDING, GREEN, GROUND, Sample, WATER};
+use super::cells::Cells;
 use super::date::SceneDate;
 use super::noise::{chance, cloudy, hash, smooth};
 use super::objects::{SceneObject, Tree};
+use super::sample::{FIRST_BUILDING, GREEN, GROUND, Sample, WATER};
 use super::terrain::Terrain;
 use super::world::World;
 

@@ -17,6 +17,7 @@ pub mod noise;
 mod objects;
 mod orthophoto;
 mod pose;
+mod sample;
 mod sun;
 mod terrain;
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! Mountains: ridges, valleys with a river and a road, forest, meadows, scrub, rock.
 
-use super::cells::{Cells, GREEN, GROUND, Sample, WATER};
+use super::cells::Cells;
 use super::date::SceneDate;
 use super::noise::{chance, cloudy, hash, smooth};
+use super::sample::{GREEN, GROUND, Sample, WATER};
 use super::terrain::Terrain;
 use super::world::World;
 

@@ -1,8 +1,8 @@
 //! `SceneObject`: what stands on the ground: buildings, trees, boxes.
 
 use super::building::Building;
-use super::cells::{FIRST_BUILDING, GREEN, Sample, THING};
 use super::noise::{chance, smooth};
+use super::sample::{FIRST_BUILDING, GREEN, Sample, THING};
 
 /// Something that stands on the ground.
 #[derive(Debug, Clone)]

@@ -1,6 +1,7 @@
 //! `Sun`: light and cast shadows on cells.
 
-use super::cells::{Cells, GREEN, WATER};
+use super::cells::Cells;
+use super::sample::{GREEN, WATER};
 use rayon::prelude::*;
 
 /// Share of light in a shadow, bluish: the sky alone.

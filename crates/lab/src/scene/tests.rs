@@ -1,9 +1,10 @@
 //! What the scenes promise: projection, threads, lean, shadow, shores, truth on relief. Tolerances in metres, pixels, cells.
 
 use super::building::{Building, Roof};
-use super::cells::{Cells, GROUND, Sample, WATER};
+use super::cells::Cells;
 use super::objects::SceneObject;
 use super::pose::{LensTable, SceneCamera, ScenePose, geodetic_at};
+use super::sample::{GROUND, Sample, WATER};
 use super::*;
 use overfly_core::camera::{Attitude, Camera, Intrinsics, View};
 use overfly_core::geodesy::{BodyFrame, LocalFrame};

@@ -2,9 +2,9 @@
 
 use super::district::{Block, District, MAIN_HALF_M, MAIN_REACH_M, PAVEMENT_M, Place, TownLayout, Use};
 use super::lot::lot_at;
-use crate::scene::cells::{GREEN, GROUND};
 use crate::scene::date::SceneDate;
 use crate::scene::noise::{chance, cloudy, smooth};
+use crate::scene::sample::{GREEN, GROUND};
 
 /// Colour, height above the terrain in metres, and kind of a point.
 pub type Surface = ([f32; 3], f64, u16);

@@ -7,9 +7,10 @@ mod paint;
 mod standing;
 mod traffic;
 
-use super::cells::{Cells, Sample};
+use super::cells::Cells;
 use super::date::SceneDate;
 use super::noise::{cloudy, hash};
+use super::sample::Sample;
 use super::terrain::Terrain;
 use super::world::World;
 use district::TownLayout;
