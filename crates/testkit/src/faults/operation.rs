@@ -16,6 +16,8 @@ pub struct WriteOperation {
     pub arguments: Vec<OsString>,
     /// Whether an interrupted run may leave an unfinished layer, which the next run continues.
     pub resumes: bool,
+    /// Whether it makes a new map, which no command overwrites: once it is there, the same command is refused.
+    pub makes_map: bool,
     /// Whether the same command gives the same bytes, not only the same digest.
     pub same_bytes: bool,
     /// Whether the result is a patch, not a store.

@@ -31,6 +31,7 @@ fn builds(material: &Material) -> Vec<WriteOperation> {
         before: store.map(|s| (TARGET, material.files[s].clone())).into_iter().collect(),
         arguments: build_words("{}/target.gpkg", words, sources),
         resumes: true,
+        makes_map: false,
         same_bytes: false,
         makes_patch: false,
     };
@@ -51,6 +52,7 @@ fn renamed(material: &Material) -> Vec<WriteOperation> {
         before: before.iter().map(|(name, file)| (*name, material.files[file].clone())).collect(),
         arguments,
         resumes: false,
+        makes_map: false,
         same_bytes: true,
         makes_patch: false,
     };
@@ -61,12 +63,15 @@ fn renamed(material: &Material) -> Vec<WriteOperation> {
     let merge = words(&["merge", "{}/a.gpkg", "{}/b.gpkg", "--out", "{}/target.gpkg"]);
     let both = [("a.gpkg", "of a"), ("b.gpkg", "of b")];
     vec![
-        row("merge, nothing there", &both, merge),
+        WriteOperation { makes_map: true, ..row("merge, nothing there", &both, merge) },
         row("export, nothing there", &[("from.gpkg", "of both")], export.clone()),
         row("export, over an older one", &[("from.gpkg", "of both"), (TARGET, "exported")], export),
         row("apply, to an exported store", &[("patch", "sealed patch"), (TARGET, "exported")], apply.clone()),
         row("apply, to a built store", &[("patch", "patch"), (TARGET, "of a")], apply),
-        row("apply, to another place", &[("patch", "patch"), ("from.gpkg", "of a")], apply_out),
+        WriteOperation {
+            makes_map: true,
+            ..row("apply, to another place", &[("patch", "patch"), ("from.gpkg", "of a")], apply_out)
+        },
         WriteOperation {
             makes_patch: true,
             ..row("diff, a patch", &[("from.gpkg", "of a"), ("to.gpkg", "of both")], diff)
