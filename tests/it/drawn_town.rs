@@ -11,17 +11,6 @@ const SEED: u64 = 12;
 const SIZE_M: f64 = 560.0;
 const FRAMES: usize = 15;
 
-const CAMERA: Exposure = Exposure {
-    defocus_px: 0.6,
-    motion_px: [0.0; 2],
-    vignette: 0.18,
-    gain: [1.04, 1.0, 0.96],
-    gamma: 0.92,
-    haze: 0.03,
-    noise: 2.4,
-    sharpening: 0.9,
-};
-
 fn date(number: u32, dryness: f32, azimuth_deg: f64) -> SceneDate {
     SceneDate { number, changed_share: 0.5, dryness, sun: Sun { azimuth_deg, elevation_deg: 37.0 } }
 }
@@ -34,7 +23,7 @@ fn draw_map(folder: &Path) {
         lean_deg: 20.0,
         sensor_azimuth_deg: 80.0,
         warp: MapWarp { common_m: [2.0, -2.2], local_m: 1.0, wavelength_m: 130.0, seed: 3 },
-        exposure: Exposure { defocus_px: 1.0, vignette: 0.0, haze: 0.07, sharpening: 0.5, ..CAMERA },
+        exposure: Exposure::SURVEY,
         seed: SEED,
     };
     let pixels = plan.draw(&world, &|_, _| ());
@@ -58,7 +47,7 @@ fn draw_flight(folder: &Path) {
             seed: SEED,
         },
         intrinsics: Intrinsics::centred(800, 600, 672.0),
-        exposure: CAMERA,
+        exposure: Exposure::DRONE,
         shutter_s: 0.008,
         readout_s: 0.03,
         quality: 88,

@@ -40,20 +40,22 @@ pub fn part_text(found: u64, stated: Option<u64>) -> String {
     }
 }
 
+/// A header of 513 pages of 16 KiB.
+#[cfg(test)]
+pub fn header_of_8_megabytes() -> [u8; HEADER_LEN] {
+    let mut header = [0; HEADER_LEN];
+    header[..16].copy_from_slice(SQLITE_MAGIC);
+    (header[16], header[30], header[31]) = (0x40, 2, 1);
+    header
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn header() -> [u8; HEADER_LEN] {
-        let mut header = [0; HEADER_LEN];
-        header[..16].copy_from_slice(SQLITE_MAGIC);
-        (header[16], header[30], header[31]) = (0x40, 2, 1);
-        header
-    }
-
     #[test]
     fn states_the_length_of_the_file() {
-        let mut header = header();
+        let mut header = header_of_8_megabytes();
         assert_eq!(stated_len(&header), Some(513 * 16_384));
         header[27] = 9;
         assert_eq!(stated_len(&header), None, "written by a program that does not keep the count");

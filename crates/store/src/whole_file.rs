@@ -37,14 +37,8 @@ pub fn require_whole(path: &Path) -> Result<(), StoreError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::file_header::header_of_8_megabytes as header;
     use super::*;
-
-    fn header() -> [u8; HEADER_LEN] {
-        let mut header = [0; HEADER_LEN];
-        header[..16].copy_from_slice(SQLITE_MAGIC);
-        (header[16], header[30], header[31]) = (0x40, 2, 1);
-        header
-    }
 
     #[test]
     fn half_a_copy_is_cut_off_and_another_file_is_not() {

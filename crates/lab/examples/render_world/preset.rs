@@ -144,30 +144,6 @@ fn true_columns(args: &Args) -> TrueColumns {
     if args.nadir_truth { TrueColumns::Nadir } else { TrueColumns::Centre }
 }
 
-/// A drone's camera: sharpened, contrasty.
-const DRONE: Exposure = Exposure {
-    defocus_px: 0.6,
-    motion_px: [0.0; 2],
-    vignette: 0.18,
-    gain: [1.04, 1.0, 0.96],
-    gamma: 0.92,
-    haze: 0.03,
-    noise: 2.4,
-    sharpening: 0.9,
-};
-
-/// The sensor of a town's map.
-const SURVEY: Exposure = Exposure {
-    defocus_px: 1.0,
-    vignette: 0.0,
-    gain: [0.98, 1.0, 1.02],
-    gamma: 1.05,
-    haze: 0.07,
-    noise: 2.0,
-    sharpening: 0.5,
-    ..DRONE
-};
-
 fn town_preset(args: &Args) -> Preset {
     let changed_share = args.changed_share.unwrap_or(0.5);
     let width_px = args.width_px.unwrap_or(1000);
@@ -185,7 +161,7 @@ fn town_preset(args: &Args) -> Preset {
             lean_deg: args.lean_deg.unwrap_or(20.0),
             sensor_azimuth_deg: 80.0,
             warp: map_warp(args, 5.0, 1.0, 130.0),
-            exposure: SURVEY,
+            exposure: Exposure::SURVEY,
             seed: args.seed,
         },
         flight: FlightPlan {
@@ -202,7 +178,7 @@ fn town_preset(args: &Args) -> Preset {
                 seed: flight_seed(args),
             },
             intrinsics,
-            exposure: DRONE,
+            exposure: Exposure::DRONE,
             shutter_s: 0.008,
             readout_s: 0.03,
             quality: 88,

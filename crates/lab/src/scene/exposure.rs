@@ -35,6 +35,31 @@ pub struct Exposure {
 }
 
 impl Exposure {
+    /// A drone's camera: sharpened, contrasty.
+    pub const DRONE: Self = Self {
+        defocus_px: 0.6,
+        motion_px: [0.0; 2],
+        vignette: 0.18,
+        gain: [1.04, 1.0, 0.96],
+        gamma: 0.92,
+        haze: 0.03,
+        noise: 2.4,
+        sharpening: 0.9,
+    };
+    /// The sensor of a town's map.
+    pub const SURVEY: Self = Self {
+        defocus_px: 1.0,
+        vignette: 0.0,
+        gain: [0.98, 1.0, 1.02],
+        gamma: 1.05,
+        haze: 0.07,
+        noise: 2.0,
+        sharpening: 0.5,
+        ..Self::DRONE
+    };
+}
+
+impl Exposure {
     /// Develops a picture, interleaved RGB.
     pub fn develop(&self, light: Light, rng: &mut ChaCha8Rng) -> Vec<u8> {
         const AIR: [f32; 3] = [178.0, 190.0, 204.0];
