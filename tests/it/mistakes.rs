@@ -74,6 +74,14 @@ fn said(folder: &Path, words: &str) -> (Option<i32>, String) {
     (done.status.code(), text(&done.stdout) + &text(&done.stderr))
 }
 
+/// A command, its exit code, and what it must say.
+type OwnedMistake<'a> = (String, i32, Vec<&'a str>);
+
+fn check_owned(lines: &[OwnedMistake<'_>]) {
+    let mistakes: Vec<Mistake<'_>> = lines.iter().map(|(w, e, p)| (w.as_str(), *e, p.as_slice())).collect();
+    check(&mistakes);
+}
+
 fn check(mistakes: &[Mistake<'_>]) {
     let folder = desk();
     let wrong: Vec<String> = mistakes
@@ -97,7 +105,7 @@ const FRAME: &str = "fix --db map.gpkg --image frame.jpg";
 fn where_a_frame_is_to_be_located() {
     let prior = format!("{FRAME} --latitude-deg 48.4915 --longitude-deg 15.6160 --sigma-m 200");
     let camera = "--height-m 500.4 --camera camera.toml";
-    let lines: Vec<(String, i32, Vec<&str>)> = vec![
+    let lines: Vec<OwnedMistake<'_>> = vec![
         (
             format!(
                 "{FRAME} --latitude-deg 15.6160 --longitude-deg 48.4915 --sigma-m 200 --heading-deg 271.6 {camera}"
@@ -116,6 +124,15 @@ fn where_a_frame_is_to_be_located() {
             vec!["--latitude-deg", "a decimal is written with a point: 48.4915", "as in 47.02"],
         ),
         (format!("{prior} --heading-deg 400 {camera}"), 2, vec!["heading_deg = 400", "in [0, 360)"]),
+    ];
+    check_owned(&lines);
+}
+
+#[test]
+fn where_a_unit_is_another() {
+    let prior = format!("{FRAME} --latitude-deg 48.4915 --longitude-deg 15.6160 --sigma-m 200");
+    let camera = "--height-m 500.4 --camera camera.toml";
+    let lines: Vec<OwnedMistake<'_>> = vec![
         (
             format!("{prior} --heading-deg 4.74 {camera} --explain --explain-limit-s 120"),
             3,
@@ -138,6 +155,20 @@ fn where_a_frame_is_to_be_located() {
             3,
             vec!["matches at 1.25 m/px, not 4.1: --gsd-m-per-px looks like feet (ratio 3.28)"],
         ),
+        (
+            format!("{prior} --heading-deg 271.6 --gsd-m-per-px 450"),
+            3,
+            vec!["inconsistent_scale", "and the whole layer covers", "is its scale right?"],
+        ),
+    ];
+    check_owned(&lines);
+}
+
+#[test]
+fn where_a_camera_is_described() {
+    let prior = format!("{FRAME} --latitude-deg 48.4915 --longitude-deg 15.6160 --sigma-m 200");
+    let camera = "--height-m 500.4 --camera camera.toml";
+    let lines: Vec<OwnedMistake<'_>> = vec![
         (format!("{prior} --heading-deg 271.6 --height-m 500"), 2, vec!["not provided", "--camera <FILE>"]),
         (format!("{prior} --heading-deg 271.6"), 2, vec!["--gsd-m-per-px, or --height-m with --camera"]),
         (format!("{FRAME} --latitude-deg 48.49 {camera}"), 2, vec!["not provided", "--longitude-deg", "--sigma-m"]),
@@ -156,8 +187,7 @@ fn where_a_frame_is_to_be_located() {
         (format!("{prior} --height-m 500 --camera none.toml"), 2, vec!["none.toml: No such file", "check the name"]),
         (format!("{prior} --heigth-m 500"), 2, vec!["--heigth-m", "a similar argument exists: '--height-m'"]),
     ];
-    let mistakes: Vec<Mistake<'_>> = lines.iter().map(|(w, e, p)| (w.as_str(), *e, p.as_slice())).collect();
-    check(&mistakes);
+    check_owned(&lines);
 }
 
 #[test]
@@ -288,7 +318,7 @@ fn where_a_map_is_built() {
 fn where_a_flight_is_exported() {
     let with = |more: &str| format!("export --db map.gpkg --out out.gpkg {more}");
     let good = "--route route.geojson --corridor-m 300";
-    let lines: Vec<(String, i32, Vec<&str>)> = vec![
+    let lines: Vec<OwnedMistake<'_>> = vec![
         (with("--route route.geojson --corridor-m 0,4"), 2, vec!["with a point: 0.4", "0.4km or 1300ft"]),
         (with("--route route.geojson --corridor-m -300"), 2, vec!["'-300'", "must be greater than zero", "as in 400"]),
         (with("--route route.geojson --corridor-m 400mm"), 2, vec!["'400mm'", "as in 400"]),
@@ -313,6 +343,13 @@ fn where_a_flight_is_exported() {
         (with(&format!("{good} --max-bytes 5M")), 2, vec!["'5M'", "5000000, 5MB or 64MiB"]),
         (with(&format!("{good} --max-bytes 1kB")), 2, vec!["at least", "narrow the corridor"]),
         (with(&format!("{good} --require-covered 95")), 2, vec!["'95'", "as in 0.95"]),
+    ];
+    check_owned(&lines);
+}
+
+#[test]
+fn where_a_file_would_be_written() {
+    let lines: Vec<OwnedMistake<'_>> = vec![
         ("export --db map.gpkg --route route.geojson --corridor-m 300 --out map.gpkg".into(), 2, vec!["its inputs"]),
         (
             "export --db map.gpkg --route route.geojson --corridor-m 300 --out notes.txt".into(),
@@ -358,8 +395,7 @@ fn where_a_flight_is_exported() {
             vec!["/sys/out.gpkg: no permission", "choose another path"],
         ),
     ];
-    let mistakes: Vec<Mistake<'_>> = lines.iter().map(|(w, e, p)| (w.as_str(), *e, p.as_slice())).collect();
-    check(&mistakes);
+    check_owned(&lines);
 }
 
 #[test]

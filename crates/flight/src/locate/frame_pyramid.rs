@@ -87,3 +87,19 @@ fn gain(frame: &Gray) -> f32 {
 pub fn structure_of(view: &GroundView) -> Structure {
     Structure::new(&view.gray, &view.mask)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_faint_frames_are_amplified_and_never_without_bound() {
+        let ramp = |span: f32| {
+            let values = (0..200 * 100).map(|i| 30.0 + span * (i % 200) as f32 / 199.0).collect();
+            gain(&Gray::from_values(200, 100, values).unwrap())
+        };
+        assert_eq!([ramp(200.0), ramp(70.0), ramp(0.0)], [1.0; 3]);
+        assert!((ramp(8.0) - 8.0).abs() < 0.2 && ramp(0.5) == MAX_GAIN);
+        assert_eq!(gain(&Gray::filled(3, 1, 7.0)), 1.0);
+    }
+}
