@@ -244,18 +244,13 @@ const NEIGHBOURS: [fn(&Change, f64, f64) -> Change; 8] = [
     |c, _, by| Change { turn_rad: c.turn_rad + by, ..*c },
 ];
 
-/// Minus the natural logarithm of each value's rank share among all: exponential with mean 1, whatever the values' distribution. Equal
-/// values share their mean: a window beyond the map, which is the same everywhere, votes for no place.
+/// Minus the natural logarithm of each value's rank share among all: exponential with mean 1, whatever the values' distribution.
 fn rank_scores(values: &[f32]) -> Vec<f32> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_unstable_by(|&a, &b| values[b].total_cmp(&values[a]).then(a.cmp(&b)));
     let mut scores = vec![0.0; values.len()];
-    let mut rank = 0;
-    for equal in order.chunk_by(|&a, &b| values[a] == values[b]) {
-        let score = |rank: usize| -((rank as f32 + 0.5) / values.len() as f32).ln();
-        let mean = (rank..rank + equal.len()).map(score).sum::<f32>() / equal.len() as f32;
-        equal.iter().for_each(|&i| scores[i] = mean);
-        rank += equal.len();
+    for (rank, &i) in order.iter().enumerate() {
+        scores[i] = -((rank as f32 + 0.5) / values.len() as f32).ln();
     }
     scores
 }
@@ -316,17 +311,6 @@ mod tests {
         let vote = soft_vote(&copies, [60.0, 36.0], &OPTIONS).unwrap();
         let vote = SoftVote { variance_factor: variance_factor(&copies), ..vote };
         assert!(vote.variance_factor > 30.0 && vote.log10_nfa(1.0) > 0.0, "{vote:?}");
-    }
-
-    #[test]
-    fn windows_beyond_the_map_vote_for_no_place() {
-        assert!(rank_scores(&[0.0; 289]).iter().all(|score| (score - 1.0).abs() < 0.01));
-        assert_eq!(rank_scores(&[1.0, 0.0, 0.0])[1..], [rank_scores(&[1.0, 0.0, 0.0])[1]; 2]);
-        let none = Change { shift_px: Vector2::zeros(), growth: 0.0, turn_rad: 0.0 };
-        let mut half = surfaces(3, &none, 0.0);
-        half[20..].iter_mut().for_each(|surface| surface.scores.fill(0.0));
-        let vote = soft_vote(&half, [60.0, 36.0], &OPTIONS).unwrap();
-        assert!(vote.log10_nfa(1.0) > 0.0, "{vote:?}");
     }
 
     #[test]
