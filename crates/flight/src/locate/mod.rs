@@ -23,6 +23,7 @@ mod hypotheses;
 mod levels;
 mod locate_frame;
 mod map;
+mod measured_place;
 mod near_maxima;
 mod observation;
 mod parameters;

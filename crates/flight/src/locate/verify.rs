@@ -4,6 +4,7 @@ use super::answer::Reason;
 use super::coarse_peaks::CoarsePeaks;
 use super::error::LocateError;
 use super::map::Map;
+use super::measured_place::{Doubts, MeasuredPlace};
 use super::near_maxima::near_maxima;
 use super::observation::Observation;
 use super::place_estimate::TiltFound;
@@ -12,7 +13,7 @@ use super::refined_place::{RefinedPlace, Vote};
 use super::refusal::Refusal;
 use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalReport, RivalSearch};
 use super::search_context::SearchContext;
-use overfly_core::geodesy::wrap_turn_rad;
+use overfly_core::geodesy::{EnuCovariance, wrap_turn_rad};
 use overfly_core::registration::a_contrario;
 use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
 use overfly_core::registration::seam::{Displacements, Seam, find_seam};
@@ -230,7 +231,10 @@ impl Verifier<'_> {
     /// `None` where it can.
     fn compared(&self, best: &mut VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
-        let report = search.compare(&best.refined.pose, &best.near_rivals_px, best.peak_z_score, coarse)?;
+        let camera = self.prepared.frame.camera();
+        let measured = MeasuredPlace::new(self.context, camera, &best.refined, &Doubts::default())?;
+        let own = measured.map_or(EnuCovariance::from_sigma_m(0.0), |measured| measured.covariances.image_centre);
+        let report = search.compare(&best.refined.pose, own, &best.near_rivals_px, best.peak_z_score, coarse)?;
         best.rivals = Some(report);
         Ok(report.ambiguity().map(|rival| {
             let place = &best.refined.pose;
