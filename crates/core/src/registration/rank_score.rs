@@ -28,7 +28,10 @@ mod tests {
         let scores = rank_scores(&values);
         let mean = scores.iter().sum::<f32>() / 289.0;
         assert!((mean - MEAN_RANK_SCORE).abs() < 0.01, "{mean}");
-        assert_eq!(scores.iter().copied().fold(0.0, f32::max), scores[values.iter().position(|&v| v == 289.0).unwrap()]);
+        assert_eq!(
+            scores.iter().copied().fold(0.0, f32::max),
+            scores[values.iter().position(|&v| v == 289.0).unwrap()]
+        );
     }
 
     #[test]

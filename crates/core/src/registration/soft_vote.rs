@@ -23,6 +23,8 @@ use nalgebra::Vector2;
 pub struct SoftVoteOptions {
     /// Search radius of the windows, pixels.
     pub radius_px: usize,
+    /// Largest shift of the windows' middle on each axis, pixels; at most `radius_px`.
+    pub max_shift_px: usize,
     /// Largest change of scale, |c - 1|.
     pub max_growth: f64,
     /// Largest rotation, |s|, radians.
@@ -151,14 +153,15 @@ impl Ballot {
             for turn_rad in (-turns..=turns).map(|i| i as f64 * step) {
                 let change = Change { shift_px: Vector2::zeros(), growth, turn_rad };
                 for (i, &sum) in self.sums(&change).iter().enumerate() {
-                    if sum > best.0 {
-                        let shift = |v: usize| v as f64 - self.radius_px as f64;
-                        best = (sum, Change { shift_px: Vector2::new(shift(i % side), shift(i / side)), ..change });
+                    let shift_px = Vector2::new(i % side, i / side).map(|v| v as f64 - self.radius_px as f64);
+                    if sum > best.0 && self.is_within(shift_px) {
+                        best = (sum, Change { shift_px, ..change });
                     }
                 }
             }
         }
-        (best.1, (side * side) as f64 * ((2 * growths + 1) * (2 * turns + 1)) as f64)
+        let shifts = (2 * self.options.max_shift_px + 1).pow(2);
+        (best.1, shifts as f64 * ((2 * growths + 1) * (2 * turns + 1)) as f64)
     }
 
     /// The sum of all windows at every whole shift, row by row, under a growth and a turn.
@@ -193,6 +196,11 @@ impl Ballot {
         (0..self.scores.len()).map(|window| self.between(window, change.displacement(self.centres_px[window]))).sum()
     }
 
+    /// Whether a shift may be elected.
+    fn is_within(&self, shift_px: Vector2<f64>) -> bool {
+        shift_px.amax() <= self.options.max_shift_px as f64 + 0.5
+    }
+
     /// A window's score at a displacement, bilinear.
     fn between(&self, window: usize, displacement_px: Vector2<f64>) -> f64 {
         let scores = &self.scores[window];
@@ -217,7 +225,7 @@ impl Ballot {
             for candidate_of in NEIGHBOURS {
                 let candidate = candidate_of(&best, step_px, 2.0 * step_px * self.per_px);
                 let candidate_sum = self.sum(&candidate);
-                if candidate_sum > sum {
+                if candidate_sum > sum && self.is_within(candidate.shift_px) {
                     (best, sum, is_moved) = (candidate, candidate_sum, true);
                 }
             }
@@ -251,7 +259,8 @@ mod tests {
     }
 
     const RADIUS_PX: usize = 8;
-    const OPTIONS: SoftVoteOptions = SoftVoteOptions { radius_px: RADIUS_PX, max_growth: 0.1, max_turn_rad: 0.1 };
+    const OPTIONS: SoftVoteOptions =
+        SoftVoteOptions { radius_px: RADIUS_PX, max_shift_px: RADIUS_PX, max_growth: 0.1, max_turn_rad: 0.1 };
 
     /// Surfaces of noise, with a bump of the given height where a change puts each window.
     fn surfaces(seed: u32, change: &Change, bump: f64) -> Vec<WindowSurface> {

@@ -18,6 +18,7 @@ mod error;
 mod fix_covariance;
 mod frame_pyramid;
 mod hard_refine;
+mod held_vote;
 mod hints;
 mod hypotheses;
 mod levels;

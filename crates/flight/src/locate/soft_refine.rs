@@ -2,44 +2,18 @@
 
 use super::camera_pose::CameraPose;
 use super::coarse_peaks::CoarsePeak;
+use super::held_vote::{BESIDE_PX, ENTRY_VOTER_PX, PLACES, held_vote};
 use super::map::Map;
 use super::observation::Observation;
 use super::place_estimate::pose_with_tilt;
 use super::prepare::PreparedFrame;
-use super::refined_place::{REFINED_PEAKS, RefinedPlace, Vote};
-use super::window_pass::{ENTRY_RADIUS_PX, MAX_GROWTH, MAX_TURN_RAD, Pass};
+use super::refined_place::{RefinedPlace, Vote};
+use super::window_pass::{MAX_GROWTH, MAX_TURN_RAD, Pass};
 use overfly_core::camera::View;
-use overfly_core::registration::clutter::{Parity, WindowWeights};
-use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote};
+use overfly_core::registration::soft_vote::SoftVoteOptions;
 use overfly_core::registration::window_fit::{WindowFitOptions, fit_windows_about};
 use overfly_store::StoreError;
 
-/// Distance of the search squares in which the variance of the vote is measured, pixels: they touch the one that is searched.
-const BESIDE_PX: isize = 2 * ENTRY_RADIUS_PX as isize + 1;
-/// The middles of these squares.
-const BESIDE: [(Parity, [isize; 2]); 8] = {
-    const D: isize = BESIDE_PX;
-    let corners = [[-D, -D], [D, -D], [-D, D], [D, D]];
-    let edges = [[0, -D], [-D, 0], [D, 0], [0, D]];
-    let [a, b, c, d] = corners;
-    let [e, f, g, h] = edges;
-    [
-        (Parity::Corner, a),
-        (Parity::Corner, b),
-        (Parity::Corner, c),
-        (Parity::Corner, d),
-        (Parity::Edge, e),
-        (Parity::Edge, f),
-        (Parity::Edge, g),
-        (Parity::Edge, h),
-    ]
-};
-/// Votes of which the better is taken: the hard one and the soft one.
-const VOTES: f64 = 2.0;
-/// Views that vote, and votes on each.
-const PLACES: f64 = VOTES * REFINED_PEAKS as f64;
-/// Edge of a window that votes at the first level: small ones follow leaning houses and relief, and there are more of them.
-const ENTRY_VOTER_PX: usize = 6;
 /// Edge of a window that measures there: larger ones have sharper peaks.
 const ENTRY_WINDOW_PX: usize = 10;
 /// Edge at the finer levels, as a share of the hard vote's windows, and its bounds.
@@ -53,8 +27,6 @@ const FINER_LOG10_FALSE_ALARMS: f64 = -3.0;
 const FINER_INLIERS: usize = 5;
 /// Most rounds in which the tilt is measured and the vote held anew.
 const TILT_ROUNDS: usize = 3;
-/// Where windows that were independent would say no more than this, nothing is measured.
-const MOST_LOG10_FALSE_ALARMS: f64 = 2.0;
 /// Where the first vote says no more than this, the place is not refined.
 const HOPELESS_LOG10_FALSE_ALARMS: f64 = 0.0;
 
@@ -122,7 +94,8 @@ impl SoftRefinement<'_> {
         let observation = Observation { window_size_px: size_px, ..observation };
         let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
         let nadir_px = observation.view.grid.nadir_px;
-        let options = SoftVoteOptions { radius_px: pass.radius_px, max_growth, max_turn_rad };
+        let options =
+            SoftVoteOptions { radius_px: pass.radius_px, max_shift_px: pass.radius_px, max_growth, max_turn_rad };
         let Some(vote) = held_vote(&observation, voter_px, &options) else { return Ok(None) };
         let surfaces = observation.square_surfaces(size_px, pass.radius_px);
         let matches: Vec<_> = surfaces.iter().filter_map(|surface| surface.matched(pass.radius_px)).collect();
@@ -140,19 +113,4 @@ impl SoftRefinement<'_> {
             peak: self.peak,
         }))
     }
-}
-
-/// The vote of the windows of an edge of `voter_px`, weighted by what they show together on the ground beside; `None` where even windows
-/// of equal weight, as independent as they ever are, would say nothing.
-fn held_vote(observation: &Observation, voter_px: usize, options: &SoftVoteOptions) -> Option<SoftVote> {
-    let nadir_px = observation.view.grid.nadir_px;
-    let surfaces = observation.square_surfaces(voter_px, options.radius_px);
-    let equal = soft_vote(&surfaces, &WindowWeights::equal(surfaces.len()), nadir_px, options)?;
-    if equal.log10_nfa(PLACES) > MOST_LOG10_FALSE_ALARMS {
-        return None;
-    }
-    let beside = BESIDE.map(|(parity, offset_px)| {
-        (parity, observation.surfaces_beside(voter_px, options.radius_px, offset_px))
-    });
-    soft_vote(&surfaces, &WindowWeights::adapted(&beside), nadir_px, options)
 }
