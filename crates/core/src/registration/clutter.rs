@@ -9,14 +9,14 @@
 //! Reed, Mallett, Brennan, Rapid convergence rate in adaptive arrays, IEEE Trans. AES 10, 1974; Carlson, Covariance matrix estimation
 //! errors and diagonal loading, IEEE Trans. AES 24, 1988.
 
-use super::rank_score::{MEAN_RANK_SCORE, rank_scores};
+use super::rank_score::{MEAN_RANK_SCORE, RankScorer};
 use super::windows::WindowSurface;
 
 /// Added to the diagonal of the covariance, in units of the variance of one window (1). From 1.3 to 6 the evidence at right places
 /// changes by less than a tenth.
 const LOADING: f64 = 3.0;
 /// The conjugate gradients end where the residual is this share of the right side, or after so many steps.
-const LEAST_RESIDUAL: f64 = 1e-4;
+const LEAST_RESIDUAL: f64 = 1e-3;
 const MOST_STEPS: usize = 60;
 /// The variance is taken no lower than this. With this value alone, not measured per view, 4 of 876 negatives were accepted.
 const LEAST_VARIANCE_FACTOR: f64 = 1.3;
@@ -79,8 +79,9 @@ struct Clutter {
 
 impl Clutter {
     fn new(surfaces: &[WindowSurface]) -> Self {
+        let mut scorer = RankScorer::default();
         let centred = |surface: &WindowSurface| {
-            let mut scores = rank_scores(&surface.scores);
+            let mut scores = scorer.scores(&surface.scores);
             scores.iter_mut().for_each(|score| *score -= MEAN_RANK_SCORE);
             scores
         };

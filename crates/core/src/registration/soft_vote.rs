@@ -13,7 +13,7 @@
 
 use super::a_contrario::log10_gamma_tail;
 use super::clutter::WindowWeights;
-use super::rank_score::{MEAN_RANK_SCORE, rank_scores};
+use super::rank_score::{MEAN_RANK_SCORE, RankScorer};
 use super::similarity::Similarity;
 use super::windows::WindowSurface;
 use nalgebra::Vector2;
@@ -109,10 +109,10 @@ impl Change {
 
 /// The weighted rank scores of all windows.
 struct Ballot {
-    /// Of each window, row by row.
+    /// Of each window, row by row, less their mean by chance.
     scores: Vec<Vec<f32>>,
-    /// Of each window at a displacement that was not searched: the mean by chance.
-    unsearched: Vec<f32>,
+    /// Mean of the sum by chance, which displacements that were not searched add to.
+    mean: f32,
     /// Of each window, pixels from `middle_px`.
     centres_px: Vec<Vector2<f64>>,
     middle_px: Vector2<f64>,
@@ -129,14 +129,15 @@ impl Ballot {
         let centres_px: Vec<_> = centres.iter().map(|c| c - middle_px).collect();
         let half_px = centres_px.iter().map(|c| c.norm()).fold(1.0, f64::max);
         let radius_px = options.radius_px as i64;
+        let mut scorer = RankScorer::default();
         let weighted = |(surface, &weight): (&WindowSurface, &f32)| {
-            let mut scores = rank_scores(&surface.scores);
-            scores.iter_mut().for_each(|score| *score *= weight);
+            let mut scores = scorer.scores(&surface.scores);
+            scores.iter_mut().for_each(|score| *score = (*score - MEAN_RANK_SCORE) * weight);
             scores
         };
         let scores = surfaces.iter().zip(weights).map(weighted).collect();
-        let unsearched = weights.iter().map(|weight| weight * MEAN_RANK_SCORE).collect();
-        Self { scores, unsearched, centres_px, middle_px, radius_px, per_px: 1.0 / half_px, options: *options }
+        let mean = weights.iter().map(|weight| weight * MEAN_RANK_SCORE).sum();
+        Self { scores, mean, centres_px, middle_px, radius_px, per_px: 1.0 / half_px, options: *options }
     }
 
     fn side(&self) -> usize {
@@ -167,25 +168,19 @@ impl Ballot {
     /// The sum of all windows at every whole shift, row by row, under a growth and a turn.
     fn sums(&self, change: &Change) -> Vec<f32> {
         let side = self.side() as i64;
-        let mut sums = vec![0.0; (side * side) as usize];
-        for ((scores, &unsearched), &centre) in self.scores.iter().zip(&self.unsearched).zip(&self.centres_px) {
+        let mut sums = vec![self.mean; (side * side) as usize];
+        for (scores, &centre) in self.scores.iter().zip(&self.centres_px) {
             let moved = change.without_shift(centre);
             let (dx, dy) = (moved.x.round() as i64, moved.y.round() as i64);
-            for y in 0..side {
-                let row = &mut sums[(y * side) as usize..][..side as usize];
-                let from = y + dy;
-                if !(0..side).contains(&from) {
-                    row.iter_mut().for_each(|sum| *sum += unsearched);
-                    continue;
-                }
-                let scores = &scores[(from * side) as usize..][..side as usize];
-                let (first, end) = ((-dx).clamp(0, side) as usize, (side - dx).clamp(0, side) as usize);
-                row[..first].iter_mut().for_each(|sum| *sum += unsearched);
-                row[end..].iter_mut().for_each(|sum| *sum += unsearched);
-                if first < end {
-                    let seen = &scores[(first as i64 + dx) as usize..][..end - first];
-                    row[first..end].iter_mut().zip(seen).for_each(|(sum, score)| *sum += score);
-                }
+            let (first, end) = ((-dx).clamp(0, side), (side - dx).clamp(0, side));
+            if first >= end {
+                continue;
+            }
+            for y in (-dy).clamp(0, side)..(side - dy).clamp(0, side) {
+                let row = &mut sums[(y * side + first) as usize..(y * side + end) as usize];
+                let from = (y + dy) * side + dx;
+                let seen = &scores[(from + first) as usize..(from + end) as usize];
+                row.iter_mut().zip(seen).for_each(|(sum, score)| *sum += score);
             }
         }
         sums
@@ -193,7 +188,8 @@ impl Ballot {
 
     /// The sum under a change, between whole pixels.
     fn sum(&self, change: &Change) -> f64 {
-        (0..self.scores.len()).map(|window| self.between(window, change.displacement(self.centres_px[window]))).sum()
+        let at = |(scores, &centre): (&Vec<f32>, &Vector2<f64>)| self.between(scores, change.displacement(centre));
+        f64::from(self.mean) + self.scores.iter().zip(&self.centres_px).map(at).sum::<f64>()
     }
 
     /// Whether a shift may be elected.
@@ -201,16 +197,15 @@ impl Ballot {
         shift_px.amax() <= self.options.max_shift_px as f64 + 0.5
     }
 
-    /// A window's score at a displacement, bilinear.
-    fn between(&self, window: usize, displacement_px: Vector2<f64>) -> f64 {
-        let scores = &self.scores[window];
+    /// A window's score at a displacement less its mean, bilinear.
+    fn between(&self, scores: &[f32], displacement_px: Vector2<f64>) -> f64 {
         let at = displacement_px.add_scalar(self.radius_px as f64);
         let (left, top) = (at.x.floor(), at.y.floor());
         let (fx, fy) = (at.x - left, at.y - top);
         let side = self.side() as i64;
         let score = |x: i64, y: i64| {
             let is_searched = (0..side).contains(&x) && (0..side).contains(&y);
-            f64::from(if is_searched { scores[(y * side + x) as usize] } else { self.unsearched[window] })
+            f64::from(if is_searched { scores[(y * side + x) as usize] } else { 0.0 })
         };
         let (x, y) = (left as i64, top as i64);
         let row = |y: i64| score(x, y) * (1.0 - fx) + score(x + 1, y) * fx;

@@ -95,7 +95,7 @@ fn fix(
     size: SearchSize,
     place: &VerifiedPlace,
 ) -> Result<Option<Fix>, StoreError> {
-    let near_rivals_px2 = place.rivals.map_or_else(Matrix2::zeros, |report| report.near_px2);
+    let near_rivals_px2 = place.rivals.map_or_else(Matrix2::zeros, |report| report.near_px2) + place.near_second_px2;
     let doubts = Doubts { seam: place.seam.as_ref(), is_smeared: place.is_smeared, near_rivals_px2 };
     let Some(measured) = MeasuredPlace::new(context, camera, &place.refined, &doubts)? else { return Ok(None) };
     let MeasuredPlace { estimate, image_centre, camera, covariances, map_error_m, footprint } = measured;

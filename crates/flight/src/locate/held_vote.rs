@@ -33,7 +33,7 @@ pub const PLACES: f64 = VOTES * REFINED_PEAKS as f64;
 /// Edge of a window that votes at the first level: small ones follow leaning houses and relief, and there are more of them.
 pub const ENTRY_VOTER_PX: usize = 6;
 /// Where windows that were independent would say no more than this, nothing is measured.
-const MOST_LOG10_FALSE_ALARMS: f64 = 2.0;
+const MOST_LOG10_FALSE_ALARMS: f64 = 0.0;
 
 /// The vote of the windows of an edge of `voter_px`, weighted by what they show together on the ground beside; `None` where even windows
 /// of equal weight, as independent as they ever are, would say nothing.
