@@ -18,7 +18,7 @@ pub struct RefinedPeaks(Vec<(CameraPose, Option<RefinedPlace>)>);
 /// Where the windows of one place agree by chance less often than this, peaks that are no rivals are skipped.
 const SURE_LOG10_FALSE_ALARMS: f64 = -6.0;
 /// Where the windows of the hard vote agree by chance less often than this, they measure the place.
-const MEASURED_LOG10_FALSE_ALARMS: f64 = -3.0;
+const MEASURED_LOG10_FALSE_ALARMS: f64 = -1.0;
 /// A peak of at least this share of the highest is a rival, whatever the windows say.
 const RIVAL_SHARE: f64 = 0.6;
 

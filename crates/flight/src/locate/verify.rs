@@ -136,7 +136,8 @@ impl Verifier<'_> {
             }
             (Some(_), Some(best)) => {
                 let (score, log10_false_alarms) = (best.peak_z_score, best.log10_false_alarms);
-                let near_second_px2 = places.get(1).map(|second| self.near_second_px2(best, second)).transpose()?.flatten();
+                let near_second_px2 =
+                    places.get(1).map(|second| self.near_second_px2(best, second)).transpose()?.flatten();
                 places[0].near_second_px2 = near_second_px2.unwrap_or_default();
                 let second = places.get(1).filter(|_| near_second_px2.is_none());
                 let refusal = match self.refusal(&places[0], second) {
@@ -262,7 +263,8 @@ impl Verifier<'_> {
     /// `None` where it can.
     fn compared(&self, best: &mut VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
-        let own = self.measured(best)?.map_or(EnuCovariance::from_sigma_m(0.0), |measured| measured.covariances.image_centre);
+        let own =
+            self.measured(best)?.map_or(EnuCovariance::from_sigma_m(0.0), |measured| measured.covariances.image_centre);
         let report = search.compare(&best.refined.pose, own, &best.near_rivals_px, best.peak_z_score, coarse)?;
         best.rivals = Some(report);
         Ok(report.ambiguity().map(|rival| {
