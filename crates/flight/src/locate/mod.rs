@@ -34,6 +34,7 @@ mod refine;
 mod refined_place;
 mod refusal;
 mod request;
+mod rival_votes;
 mod rivals;
 mod search_context;
 mod search_extent;

@@ -9,20 +9,18 @@ use super::camera_pose::CameraPose;
 use super::coarse_peaks::CoarsePeaks;
 use super::coarse_search::{BLOCK_PX, surface_of};
 use super::error::LocateError;
-use super::held_vote::{BESIDE_PX, ENTRY_VOTER_PX, held_vote};
 use super::hypotheses::Hypothesis;
 use super::map::Map;
 use super::near_maxima::{NEAR_PX, OWN_PEAK_PX, RIVAL_SHARE, local_maxima, maximum_around, near_maxima};
 use super::observation::Observation;
 use super::prepare::PreparedFrame;
+use super::rival_votes::RivalVotes;
 use super::search_context::SearchContext;
-use super::window_pass::ENTRY_RADIUS_PX;
 use nalgebra::{Matrix2, Vector2};
 use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, wrap_turn_rad};
 use overfly_core::registration::a_contrario::{calibrated_alias_probability, log10_alias_probability};
 use overfly_core::registration::paired_comparison::{PairedDifference, PlacedProducts, Placement};
 use overfly_core::registration::self_similarity::self_similarity;
-use overfly_core::registration::soft_vote::SoftVoteOptions;
 use overfly_core::tile::{WorldPixel, gsd_at};
 use overfly_store::StoreError;
 
@@ -32,15 +30,8 @@ pub const LEAST_T_SCORE: f64 = 4.0;
 /// A place is no fix where it is that of a rival with more than this probability: many rivals, or few blocks. The one false fix of
 /// 17,000 searches over ground that repeats itself stated 0.0075, the most doubtful right fix of the demo's flight 0.0057.
 pub const MOST_ALIAS_PROBABILITY: f64 = 0.006;
-/// A rival whose windows tell it from chance no better than this (log10 of the number of false alarms of a vote at that place alone) ...
-const CHANCE_LOG10_FALSE_ALARMS: f64 = -1.0;
-/// ... where the same windows tell the place from chance so well, is no copy of the ground: all windows agree on a copy ...
-const TOLD_LOG10_FALSE_ALARMS: f64 = -4.0;
-/// ... so the place need be better than it by no more than this, in standard errors.
+/// Where the windows tell a place from chance and a rival not, the place need be better by no more standard errors than this.
 const LEAST_T_SCORE_OVER_CHANCE: f64 = 3.0;
-/// What a vote at a rival leaves open: pixels, and growth and turn.
-const VOTE_SHIFT_PX: usize = 2;
-const VOTE_CHANGE: f64 = 0.05;
 /// Rivals taken from the correlation surface under the place's own heading and scale.
 const SURFACE_RIVALS: usize = 12;
 /// Places under different headings or scales are one place within this distance, pixels: where heading or scale is slightly wrong, the
@@ -173,7 +164,7 @@ impl RivalSearch<'_> {
         }
         let Some(found) = self.settled(place, 1, 0.0)? else { return Ok(report) };
         let products = found.products();
-        let mut told = None;
+        let mut votes = RivalVotes::new(self.map, self.prepared, found.pose);
         for (pose, radius_px) in candidates {
             self.context.cancellation.check()?;
             let Some(rival) = self.settled(&pose, radius_px, EQUAL_SHARE * found.statistic)? else { continue };
@@ -189,9 +180,7 @@ impl RivalSearch<'_> {
             } else {
                 difference
             };
-            if difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE
-                && self.is_chance(&mut told, &found.pose, &rival.pose)?
-            {
+            if difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE && votes.are_chance(&rival.pose)? {
                 continue;
             }
             let [offset_px, offset_m] = self.offsets(&found.pose, &rival.pose);
@@ -210,32 +199,6 @@ impl RivalSearch<'_> {
             }
         }
         Ok(report)
-    }
-
-    /// Whether the windows of the view tell a place from chance and a rival not. `told` keeps what they say of the place.
-    fn is_chance(&self, told: &mut Option<f64>, place: &CameraPose, rival: &CameraPose) -> Result<bool, StoreError> {
-        let of_place = match *told {
-            Some(known) => known,
-            None => *told.insert(self.log10_vote_nfa(place)?),
-        };
-        Ok(of_place <= TOLD_LOG10_FALSE_ALARMS && self.log10_vote_nfa(rival)? >= CHANCE_LOG10_FALSE_ALARMS)
-    }
-
-    /// log10 of the number of false alarms of the windows' soft vote near a pose, at the level where it enters.
-    fn log10_vote_nfa(&self, pose: &CameraPose) -> Result<f64, StoreError> {
-        let pose = pose.at_zoom((self.prepared.levels.coarse + 1).min(self.prepared.levels.finest));
-        let margin_px = ENTRY_RADIUS_PX + BESIDE_PX as usize;
-        let Some(observation) = Observation::new(self.map, &self.prepared.frame, &pose, margin_px)? else {
-            return Ok(f64::INFINITY);
-        };
-        let options = SoftVoteOptions {
-            radius_px: ENTRY_RADIUS_PX,
-            max_shift_px: VOTE_SHIFT_PX,
-            max_growth: VOTE_CHANGE,
-            max_turn_rad: VOTE_CHANGE,
-        };
-        let vote = held_vote(&observation, ENTRY_VOTER_PX, &options);
-        Ok(vote.map_or(f64::INFINITY, |vote| vote.log10_nfa(1.0)))
     }
 
     /// Where a rival sees the ground under the image's centre, from where the place sees it: pixels of the map, and metres to the east and
