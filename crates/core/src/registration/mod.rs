@@ -10,11 +10,13 @@
 pub mod a_contrario;
 mod cell_dots;
 mod cell_template;
+pub mod clutter;
 pub mod coarse;
 mod fourier;
 pub mod paired_comparison;
 pub mod peak_z_score;
 mod products;
+mod rank_score;
 pub mod relative;
 pub mod resection;
 pub mod robust;

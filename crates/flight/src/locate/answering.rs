@@ -2,18 +2,17 @@
 
 use super::answer::{Answer, Fix, NoFix, PositionOf, Reason, SearchedMap};
 use super::area::extent_m;
-use super::fix_covariance::FixCovariances;
-use super::place_estimate::{PlaceEstimate, TiltFound};
+use super::measured_place::{Doubts, MeasuredPlace};
 use super::refusal::Refusal;
 use super::request::FixRequest;
 use super::search_context::SearchContext;
 use super::search_region::searched_position;
 use super::verify::{Verdict, VerifiedPlace};
+use nalgebra::Matrix2;
 use overfly_core::camera::{Camera, View};
 use overfly_core::coupling::nominal_count_sequential;
 use overfly_core::geodesy::{BodyFrame, Enu, Geodetic, Heading, LocalFrame};
-use overfly_core::tile::{TileId, gsd_at};
-use overfly_store::{Footprint, Layer, StoreError, default_error_m};
+use overfly_store::{Layer, StoreError};
 
 /// The size of a search, as every answer states it.
 #[derive(Debug, Clone, Copy)]
@@ -96,22 +95,14 @@ fn fix(
     size: SearchSize,
     place: &VerifiedPlace,
 ) -> Result<Option<Fix>, StoreError> {
-    let view = &context.request.view;
-    let estimate = PlaceEstimate::new(&place.refined, view, camera);
-    let estimate = place.seam.as_ref().map_or(estimate, |seam| estimate.doubted(seam));
-    let estimate = if place.is_smeared { estimate.smeared(&place.refined) } else { estimate };
-    let tilt = TiltFound::new(&place.refined, view, camera);
-    let camera = camera.at_height_ratio(estimate.height_ratio);
-    let Ok(image_centre) = estimate.image_centre.to_geodetic(estimate.zoom) else { return Ok(None) };
+    let near_rivals_px2 = place.rivals.map_or_else(Matrix2::zeros, |report| report.near_px2) + place.near_second_px2;
+    let doubts = Doubts { seam: place.seam.as_ref(), is_smeared: place.is_smeared, near_rivals_px2 };
+    let Some(measured) = MeasuredPlace::new(context, camera, &place.refined, &doubts)? else { return Ok(None) };
+    let MeasuredPlace { estimate, image_centre, camera, covariances, map_error_m, footprint } = measured;
     let Some(nadir) = nadir(&camera, image_centre, estimate.heading_rad) else { return Ok(None) };
-    let gsd = gsd_at(image_centre, estimate.zoom);
-    let footprint = footprint_at(context, image_centre)?;
-    let finest_m_per_px = gsd_at(image_centre, context.layer.base_zoom).mean_m_per_px();
     let stated_error_m = footprint.as_ref().and_then(|f| f.horizontal_error_m);
-    let map_error_m = stated_error_m.unwrap_or_else(|| default_error_m(finest_m_per_px));
-    let covariances = FixCovariances::new(&estimate, tilt.as_ref(), view, &camera, gsd, map_error_m);
     // A view without a height looks straight down: its nadir is the image's centre.
-    let (position_of, covariance, attitude_sigma_rad) = match view {
+    let (position_of, covariance, attitude_sigma_rad) = match &context.request.view {
         View::Nadir { .. } => (PositionOf::ImageCentre, covariances.image_centre, None),
         View::Posed { attitude, .. } => (PositionOf::Nadir, covariances.nadir, Some(attitude.sigma_rad)),
     };
@@ -138,11 +129,6 @@ fn fix(
         map: searched_map(context),
         time_s: context.request.time_s,
     }))
-}
-
-fn footprint_at(context: &SearchContext<'_>, point: Geodetic) -> Result<Option<Footprint>, StoreError> {
-    let Ok(tile) = TileId::containing(point, context.layer.base_zoom) else { return Ok(None) };
-    context.store.footprint(context.layer, tile)
 }
 
 /// The nadir of a camera that shows a ground point at its image's centre; `None` beyond the horizon of that point.

@@ -68,20 +68,23 @@ impl Observation {
     }
 
     fn window_options(&self, radius_px: usize) -> WindowOptions {
-        let size_px = self.window_size_px;
+        Self::options(self.window_size_px, radius_px)
+    }
+
+    fn options(size_px: usize, radius_px: usize) -> WindowOptions {
         WindowOptions { size_px, stride_px: size_px, radius_px, step_px: 1 }
     }
 
-    /// The correlation of each window with the map over its whole search square.
-    pub fn square_surfaces(&self, radius_px: usize) -> Vec<WindowSurface> {
-        let options = self.window_options(radius_px);
+    /// The correlation of each window of an edge of `size_px` with the map over its whole search square.
+    pub fn square_surfaces(&self, size_px: usize, radius_px: usize) -> Vec<WindowSurface> {
+        let options = Self::options(size_px, radius_px);
         square_surfaces(&self.view_structure, &self.map_structure, [self.margin_px as isize; 2], &options)
     }
 
-    /// The correlation of each window with the map over every second place of a search square whose middle lies
+    /// The correlation of each window of an edge of `size_px` with the map over every second place of a search square whose middle lies
     /// `offset_px` beside the window's place.
-    pub fn surfaces_beside(&self, radius_px: usize, offset_px: [isize; 2]) -> Vec<WindowSurface> {
-        let options = self.window_options(radius_px);
+    pub fn surfaces_beside(&self, size_px: usize, radius_px: usize, offset_px: [isize; 2]) -> Vec<WindowSurface> {
+        let options = Self::options(size_px, radius_px);
         let radius = radius_px as isize;
         let axis = || (-radius..=radius).step_by(2);
         let displacements: Vec<_> = axis().flat_map(|y| axis().map(move |x| [x, y])).collect();

@@ -6,7 +6,7 @@ use super::error::LocateError;
 use super::hard_refine::hard_refine;
 use super::map::Map;
 use super::prepare::PreparedFrame;
-use super::refined_place::{REFINED_PEAKS, RefinedPlace};
+use super::refined_place::{REFINED_PEAKS, RefinedPlace, Vote};
 use super::search_context::SearchContext;
 use super::soft_refine::SoftRefinement;
 use overfly_store::StoreError;
@@ -17,6 +17,8 @@ pub struct RefinedPeaks(Vec<(CameraPose, Option<RefinedPlace>)>);
 
 /// Where the windows of one place agree by chance less often than this, peaks that are no rivals are skipped.
 const SURE_LOG10_FALSE_ALARMS: f64 = -6.0;
+/// Where the windows of the hard vote agree by chance less often than this, they measure the place.
+const MEASURED_LOG10_FALSE_ALARMS: f64 = -1.0;
 /// A peak of at least this share of the highest is a rival, whatever the windows say.
 const RIVAL_SHARE: f64 = 0.6;
 
@@ -64,8 +66,21 @@ fn refine_by_both_votes(
         return Ok(hard);
     }
     let soft = SoftRefinement { view: &context.request.view, map, prepared, peak }.run()?;
-    let better = |a: RefinedPlace, b: RefinedPlace| {
-        if b.log10_window_false_alarms < a.log10_window_false_alarms { b } else { a }
-    };
-    Ok([hard, soft].into_iter().flatten().reduce(better))
+    Ok(match (hard, soft) {
+        (Some(hard), Some(soft)) => Some(better_of(hard, soft)),
+        (hard, soft) => hard.or(soft),
+    })
+}
+
+/// The place with the fewer false alarms. Where both votes found one place and the hard one has evidence of its own, the place is that of
+/// the hard one, which its windows measure at the finest level, with the evidence of the soft one.
+fn better_of(hard: RefinedPlace, soft: RefinedPlace) -> RefinedPlace {
+    if hard.log10_window_false_alarms <= soft.log10_window_false_alarms {
+        return hard;
+    }
+    if hard.log10_window_false_alarms <= MEASURED_LOG10_FALSE_ALARMS && hard.is_same_place(&soft) {
+        let log10_window_false_alarms = soft.log10_window_false_alarms;
+        return RefinedPlace { log10_window_false_alarms, vote: Vote::Soft, ..hard };
+    }
+    soft
 }

@@ -14,12 +14,14 @@ use super::map::Map;
 use super::near_maxima::{NEAR_PX, OWN_PEAK_PX, RIVAL_SHARE, local_maxima, maximum_around, near_maxima};
 use super::observation::Observation;
 use super::prepare::PreparedFrame;
+use super::rival_votes::RivalVotes;
 use super::search_context::SearchContext;
-use overfly_core::geodesy::wrap_turn_rad;
+use nalgebra::{Matrix2, Vector2};
+use overfly_core::geodesy::{BodyFrame, Enu, EnuCovariance, wrap_turn_rad};
 use overfly_core::registration::a_contrario::{calibrated_alias_probability, log10_alias_probability};
 use overfly_core::registration::paired_comparison::{PairedDifference, PlacedProducts, Placement};
 use overfly_core::registration::self_similarity::self_similarity;
-use overfly_core::tile::WorldPixel;
+use overfly_core::tile::{WorldPixel, gsd_at};
 use overfly_store::StoreError;
 
 /// A place is accepted where it fits better than every rival by at least this many standard errors. Of 287 false fixes on ground
@@ -28,6 +30,8 @@ pub const LEAST_T_SCORE: f64 = 4.0;
 /// A place is no fix where it is that of a rival with more than this probability: many rivals, or few blocks. The one false fix of
 /// 17,000 searches over ground that repeats itself stated 0.0075, the most doubtful right fix of the demo's flight 0.0057.
 pub const MOST_ALIAS_PROBABILITY: f64 = 0.006;
+/// Where the windows tell a place from chance and a rival not, the place need be better by no more standard errors than this.
+const LEAST_T_SCORE_OVER_CHANCE: f64 = 3.0;
 /// Rivals taken from the correlation surface under the place's own heading and scale.
 const SURFACE_RIVALS: usize = 12;
 /// Places under different headings or scales are one place within this distance, pixels: where heading or scale is slightly wrong, the
@@ -66,8 +70,10 @@ pub struct RivalReport {
     pub count: usize,
     /// Number of layers that may be searched. The probability of an alias counts all of them.
     pub layers: usize,
-    /// The rival that the place beats by the fewest standard errors.
+    /// The rival that the place beats by the fewest standard errors, of those beyond the place's own 95 % ellipse.
     pub strongest: Option<Rival>,
+    /// What the rivals within that ellipse add to the covariance of the place, pixels of its level squared: the mixture of both places.
+    pub near_px2: Matrix2<f64>,
 }
 
 /// A rival of a place.
@@ -138,13 +144,15 @@ impl SettledPlace {
 
 impl RivalSearch<'_> {
     /// Compares a place with the maxima of the correlation surface under its own heading and scale, over the whole searched area, and
-    /// with the peaks of the coarse search under theirs, until one makes it ambiguous.
+    /// with the peaks of the coarse search under theirs, until one makes it ambiguous. A rival within the 95 % ellipse of `own`, the
+    /// covariance of the place, is no other place: leaning houses and relief make such maxima. It widens the covariance.
     ///
     /// # Errors
     /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
     pub fn compare(
         &self,
         place: &CameraPose,
+        own: EnuCovariance,
         near: &[[f64; 2]],
         z_score: f64,
         coarse: &CoarsePeaks,
@@ -156,6 +164,7 @@ impl RivalSearch<'_> {
         }
         let Some(found) = self.settled(place, 1, 0.0)? else { return Ok(report) };
         let products = found.products();
+        let mut votes = RivalVotes::new(self.map, self.prepared, found.pose);
         for (pose, radius_px) in candidates {
             self.context.cancellation.check()?;
             let Some(rival) = self.settled(&pose, radius_px, EQUAL_SHARE * found.statistic)? else { continue };
@@ -171,6 +180,15 @@ impl RivalSearch<'_> {
             } else {
                 difference
             };
+            if difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE && votes.are_chance(&rival.pose)? {
+                continue;
+            }
+            let [offset_px, offset_m] = self.offsets(&found.pose, &rival.pose);
+            if own.contains_95(Enu { east_m: offset_m.x, north_m: offset_m.y }) {
+                let share = calibrated_alias_probability(difference.t_score(), difference.blocks);
+                report.near_px2 += offset_px * offset_px.transpose() * share;
+                continue;
+            }
             report.count += 1;
             let is_stronger = report.strongest.is_none_or(|s| difference.t_score() < s.difference.t_score());
             if is_stronger {
@@ -181,6 +199,22 @@ impl RivalSearch<'_> {
             }
         }
         Ok(report)
+    }
+
+    /// Where a rival sees the ground under the image's centre, from where the place sees it: pixels of the map, and metres to the east and
+    /// north.
+    fn offsets(&self, place: &CameraPose, rival: &CameraPose) -> [Vector2<f64>; 2] {
+        let gsd = gsd_at(self.prepared.centre, place.zoom);
+        let m_per_px = Vector2::new(gsd.east_m_per_px, -gsd.north_m_per_px);
+        let centre_px = |pose: &CameraPose| {
+            let camera = self.prepared.frame.camera().at_height_ratio(pose.height_ratio);
+            let centre = camera.image_centre_in_body().unwrap_or_default();
+            let centre = BodyFrame::from_heading_rad(pose.heading_rad).enu_from_body(centre);
+            Vector2::new(pose.nadir.x_px, pose.nadir.y_px)
+                + Vector2::new(centre.east_m, centre.north_m).component_div(&m_per_px)
+        };
+        let offset_px = centre_px(rival) - centre_px(place);
+        [offset_px, offset_px.component_mul(&m_per_px)]
     }
 
     /// The poses to compare, each with the radius within which its maximum lies, pixels of the finest level.

@@ -2,27 +2,19 @@
 
 use super::camera_pose::CameraPose;
 use super::coarse_peaks::CoarsePeak;
+use super::held_vote::{BESIDE_PX, ENTRY_VOTER_PX, PLACES, held_vote};
 use super::map::Map;
 use super::observation::Observation;
 use super::place_estimate::pose_with_tilt;
 use super::prepare::PreparedFrame;
-use super::refined_place::{REFINED_PEAKS, RefinedPlace, Vote};
-use super::window_pass::{ENTRY_RADIUS_PX, MAX_GROWTH, MAX_TURN_RAD, Pass};
+use super::refined_place::{RefinedPlace, Vote};
+use super::window_pass::{MAX_GROWTH, MAX_TURN_RAD, Pass};
 use overfly_core::camera::View;
-use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote, variance_factor};
+use overfly_core::registration::soft_vote::SoftVoteOptions;
 use overfly_core::registration::window_fit::{WindowFitOptions, fit_windows_about};
 use overfly_store::StoreError;
 
-/// Distance of the search squares in which the variance of the vote is measured, pixels: they touch the one that is searched.
-const BESIDE_PX: isize = 2 * ENTRY_RADIUS_PX as isize + 1;
-/// The middles of these squares.
-const BESIDE: [[isize; 2]; 8] = {
-    const D: isize = BESIDE_PX;
-    [[-D, -D], [0, -D], [D, -D], [-D, 0], [D, 0], [-D, D], [0, D], [D, D]]
-};
-/// Votes of which the better is taken: the hard one and the soft one.
-const VOTES: f64 = 2.0;
-/// Edge of a window at the first level: small ones follow leaning houses and relief, and there are more of them.
+/// Edge of a window that measures there: larger ones have sharper peaks.
 const ENTRY_WINDOW_PX: usize = 10;
 /// Edge at the finer levels, as a share of the hard vote's windows, and its bounds.
 const FINER_WINDOW_SHARE: f64 = 2.0 / 3.0;
@@ -35,8 +27,6 @@ const FINER_LOG10_FALSE_ALARMS: f64 = -3.0;
 const FINER_INLIERS: usize = 5;
 /// Most rounds in which the tilt is measured and the vote held anew.
 const TILT_ROUNDS: usize = 3;
-/// Where windows that were independent would say no more than this, nothing is measured.
-const MOST_LOG10_FALSE_ALARMS: f64 = 2.0;
 /// Where the first vote says no more than this, the place is not refined.
 const HOPELESS_LOG10_FALSE_ALARMS: f64 = 0.0;
 
@@ -99,17 +89,15 @@ impl SoftRefinement<'_> {
             return Ok(None);
         };
         let finer_px = (observation.window_size_px as f64 * FINER_WINDOW_SHARE) as usize;
-        let size_px = if is_first { ENTRY_WINDOW_PX } else { finer_px.clamp(FINER_WINDOWS_PX.0, FINER_WINDOWS_PX.1) };
+        let finer_px = finer_px.clamp(FINER_WINDOWS_PX.0, FINER_WINDOWS_PX.1);
+        let (voter_px, size_px) = if is_first { (ENTRY_VOTER_PX, ENTRY_WINDOW_PX) } else { (finer_px, finer_px) };
         let observation = Observation { window_size_px: size_px, ..observation };
         let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
-        let surfaces = observation.square_surfaces(pass.radius_px);
         let nadir_px = observation.view.grid.nadir_px;
-        let options = SoftVoteOptions { radius_px: pass.radius_px, max_growth, max_turn_rad };
-        let places = VOTES * REFINED_PEAKS as f64;
-        let vote = soft_vote(&surfaces, nadir_px, &options).filter(|v| v.log10_nfa(places) <= MOST_LOG10_FALSE_ALARMS);
-        let Some(vote) = vote else { return Ok(None) };
-        let beside = |offset_px| variance_factor(&observation.surfaces_beside(pass.radius_px, offset_px));
-        let vote = SoftVote { variance_factor: median(BESIDE.map(beside)), ..vote };
+        let options =
+            SoftVoteOptions { radius_px: pass.radius_px, max_shift_px: pass.radius_px, max_growth, max_turn_rad };
+        let Some(vote) = held_vote(&observation, voter_px, &options) else { return Ok(None) };
+        let surfaces = observation.square_surfaces(size_px, pass.radius_px);
         let matches: Vec<_> = surfaces.iter().filter_map(|surface| surface.matched(pass.radius_px)).collect();
         let options = WindowFitOptions { tolerance_px: pass.tolerance_px, max_growth, max_turn_rad };
         let Some(fit) = fit_windows_about(&vote.map_from_view, &matches, nadir_px, &options) else { return Ok(None) };
@@ -117,7 +105,7 @@ impl SoftRefinement<'_> {
             pose: start.corrected(&fit.map_from_view),
             vote: Vote::Soft,
             window_size_px: size_px,
-            log10_window_false_alarms: vote.log10_nfa(places),
+            log10_window_false_alarms: vote.log10_nfa(PLACES),
             fit,
             last_pass: (pass, start),
             matches,
@@ -125,10 +113,4 @@ impl SoftRefinement<'_> {
             peak: self.peak,
         }))
     }
-}
-
-/// The middle value: where the view's place reaches into a square beside, that one's is an outlier.
-fn median(mut values: [f64; BESIDE.len()]) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    (values[BESIDE.len() / 2 - 1] + values[BESIDE.len() / 2]) / 2.0
 }

@@ -4,6 +4,7 @@ use super::answer::Reason;
 use super::coarse_peaks::CoarsePeaks;
 use super::error::LocateError;
 use super::map::Map;
+use super::measured_place::{Doubts, MeasuredPlace};
 use super::near_maxima::near_maxima;
 use super::observation::Observation;
 use super::place_estimate::TiltFound;
@@ -12,7 +13,8 @@ use super::refined_place::{RefinedPlace, Vote};
 use super::refusal::Refusal;
 use super::rivals::{LEAST_T_SCORE, MOST_ALIAS_PROBABILITY, RivalReport, RivalSearch};
 use super::search_context::SearchContext;
-use overfly_core::geodesy::wrap_turn_rad;
+use nalgebra::{Matrix2, Vector2};
+use overfly_core::geodesy::{EnuCovariance, LocalFrame, wrap_turn_rad};
 use overfly_core::registration::a_contrario;
 use overfly_core::registration::peak_z_score::{REACH_PX, peak_z_score};
 use overfly_core::registration::seam::{Displacements, Seam, find_seam};
@@ -61,6 +63,8 @@ pub struct VerifiedPlace {
     pub peak_z_score: f64,
     /// Offsets of the places around that the view fits almost as well, pixels.
     pub near_rivals_px: Vec<[f64; 2]>,
+    /// What a second refined place within the 95 % ellipse adds to the covariance, pixels of the place's level squared.
+    pub near_second_px2: Matrix2<f64>,
     /// The comparison with its rivals, made where nothing else spoke against it.
     pub rivals: Option<RivalReport>,
     /// The seam across the view, looked for only at a fix.
@@ -132,7 +136,11 @@ impl Verifier<'_> {
             }
             (Some(_), Some(best)) => {
                 let (score, log10_false_alarms) = (best.peak_z_score, best.log10_false_alarms);
-                let refusal = match self.refusal(best, places.get(1)) {
+                let near_second_px2 =
+                    places.get(1).map(|second| self.near_second_px2(best, second)).transpose()?.flatten();
+                places[0].near_second_px2 = near_second_px2.unwrap_or_default();
+                let second = places.get(1).filter(|_| near_second_px2.is_none());
+                let refusal = match self.refusal(&places[0], second) {
                     Some(refusal) => Some(refusal),
                     None => self.compared(&mut places[0], coarse)?,
                 };
@@ -167,6 +175,7 @@ impl Verifier<'_> {
             refined,
             peak_z_score,
             near_rivals_px,
+            near_second_px2: Matrix2::zeros(),
             rivals: None,
             seam: None,
             is_smeared: false,
@@ -213,6 +222,30 @@ impl Verifier<'_> {
         self.inconsistency(&best.refined)
     }
 
+    /// What a second place adds to the covariance of the best, by the ratio of their false alarms, where it lies within the best one's 95 %
+    /// ellipse; `None` where it lies outside and is another place.
+    fn near_second_px2(
+        &self,
+        best: &VerifiedPlace,
+        second: &VerifiedPlace,
+    ) -> Result<Option<Matrix2<f64>>, StoreError> {
+        let Some(own) = self.measured(best)? else { return Ok(None) };
+        let Some(other) = self.measured(second)? else { return Ok(None) };
+        let offset = LocalFrame::at(own.image_centre).enu_from_geodetic(other.image_centre);
+        if !own.covariances.image_centre.contains_95(offset) {
+            return Ok(None);
+        }
+        let at_best_zoom = 2f64.powi(i32::from(own.estimate.zoom) - i32::from(other.estimate.zoom));
+        let (a, b) = (own.estimate.image_centre, other.estimate.image_centre);
+        let offset_px = Vector2::new(b.x_px * at_best_zoom - a.x_px, b.y_px * at_best_zoom - a.y_px);
+        let share = 10f64.powf(best.log10_false_alarms - second.log10_false_alarms).min(1.0);
+        Ok(Some(offset_px * offset_px.transpose() * share))
+    }
+
+    fn measured(&self, place: &VerifiedPlace) -> Result<Option<MeasuredPlace>, StoreError> {
+        MeasuredPlace::new(self.context, self.prepared.frame.camera(), &place.refined, &Doubts::default())
+    }
+
     fn contradicted_attitude(&self, best: &RefinedPlace) -> Option<Refusal> {
         let tilt = TiltFound::new(best, &self.context.request.view, self.prepared.frame.camera())?;
         tilt.contradicts().then(|| {
@@ -230,7 +263,9 @@ impl Verifier<'_> {
     /// `None` where it can.
     fn compared(&self, best: &mut VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
-        let report = search.compare(&best.refined.pose, &best.near_rivals_px, best.peak_z_score, coarse)?;
+        let own =
+            self.measured(best)?.map_or(EnuCovariance::from_sigma_m(0.0), |measured| measured.covariances.image_centre);
+        let report = search.compare(&best.refined.pose, own, &best.near_rivals_px, best.peak_z_score, coarse)?;
         best.rivals = Some(report);
         Ok(report.ambiguity().map(|rival| {
             let place = &best.refined.pose;
