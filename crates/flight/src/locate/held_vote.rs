@@ -2,6 +2,7 @@
 
 use super::observation::Observation;
 use super::refined_place::REFINED_PEAKS;
+use super::tilt_freedom::TiltFreedom;
 use super::window_pass::ENTRY_RADIUS_PX;
 use overfly_core::registration::clutter::{Parity, WindowWeights};
 use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote};
@@ -36,15 +37,21 @@ pub const ENTRY_VOTER_PX: usize = 6;
 const MOST_LOG10_FALSE_ALARMS: f64 = 0.0;
 
 /// The vote of the windows of an edge of `voter_px`, weighted by what they show together on the ground beside; `None` where even windows
-/// of equal weight, as independent as they ever are, would say nothing.
-pub fn held_vote(observation: &Observation, voter_px: usize, options: &SoftVoteOptions) -> Option<SoftVote> {
+/// of equal weight, as independent as they ever are, would say nothing. The vote also elects the tilt where it is free.
+pub fn held_vote(
+    observation: &Observation,
+    voter_px: usize,
+    tilt: Option<&TiltFreedom<'_>>,
+    options: &SoftVoteOptions,
+) -> Option<SoftVote> {
     let nadir_px = observation.view.grid.nadir_px;
     let surfaces = observation.square_surfaces(voter_px, options.radius_px);
-    let equal = soft_vote(&surfaces, &WindowWeights::equal(surfaces.len()), nadir_px, options)?;
+    let motion = tilt.and_then(|tilt| tilt.motion(&observation.view.grid, &surfaces));
+    let equal = soft_vote(&surfaces, &WindowWeights::equal(surfaces.len()), motion.as_ref(), nadir_px, options)?;
     if equal.log10_nfa(PLACES) > MOST_LOG10_FALSE_ALARMS {
         return None;
     }
     let beside =
         BESIDE.map(|(parity, offset_px)| (parity, observation.surfaces_beside(voter_px, options.radius_px, offset_px)));
-    soft_vote(&surfaces, &WindowWeights::adapted(&beside), nadir_px, options)
+    soft_vote(&surfaces, &WindowWeights::adapted(&beside), motion.as_ref(), nadir_px, options)
 }

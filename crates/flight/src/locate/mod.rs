@@ -43,6 +43,7 @@ mod search_steps;
 mod searched_ground;
 mod soft_refine;
 mod surface_maximum;
+mod tilt_freedom;
 mod trace;
 mod verify;
 mod weighed_place;

@@ -162,6 +162,12 @@ impl TiltFound {
     }
 }
 
+/// One standard deviation of a view's tilt per axis, that of the ground included, radians; `None` where no height is known.
+pub fn tilt_sigma_rad(view: &View) -> Option<f64> {
+    let View::Posed { attitude, .. } = view else { return None };
+    Some(attitude.sigma_rad.hypot(SLOPE_SIGMA_DEG.to_radians()))
+}
+
 /// The pose with the tilt that the windows of a place show, under the attitude's standard deviation; `None` where no height is known or
 /// too few windows agree.
 pub fn pose_with_tilt(place: &RefinedPlace, view: &View, camera: &Camera) -> Option<CameraPose> {

@@ -61,7 +61,7 @@ impl<'a> RivalVotes<'a> {
             max_growth: CHANGE,
             max_turn_rad: CHANGE,
         };
-        let vote = held_vote(&observation, ENTRY_VOTER_PX, &options);
+        let vote = held_vote(&observation, ENTRY_VOTER_PX, None, &options);
         Ok(vote.map_or(f64::INFINITY, |vote| vote.log10_nfa(1.0)))
     }
 }

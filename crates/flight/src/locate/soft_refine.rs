@@ -5,12 +5,13 @@ use super::coarse_peaks::CoarsePeak;
 use super::held_vote::{BESIDE_PX, ENTRY_VOTER_PX, PLACES, held_vote};
 use super::map::Map;
 use super::observation::Observation;
-use super::place_estimate::pose_with_tilt;
+use super::place_estimate::{pose_with_tilt, tilt_sigma_rad};
 use super::prepare::PreparedFrame;
 use super::refined_place::{RefinedPlace, Vote};
+use super::tilt_freedom::TiltFreedom;
 use super::window_pass::{MAX_GROWTH, MAX_TURN_RAD, Pass};
 use overfly_core::camera::View;
-use overfly_core::registration::soft_vote::SoftVoteOptions;
+use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions};
 use overfly_core::registration::window_fit::{WindowFitOptions, fit_windows_about};
 use overfly_store::StoreError;
 
@@ -82,24 +83,22 @@ impl SoftRefinement<'_> {
 
     /// The place near a pose that the vote at one level elects; `None` where it elects none.
     fn elected(&self, zoom: u8, pose: CameraPose, is_first: bool) -> Result<Option<RefinedPlace>, StoreError> {
-        let start = pose.at_zoom(zoom);
-        let pass = Pass::entry(zoom, true);
-        let margin_px = pass.radius_px + BESIDE_PX as usize;
-        let Some(observation) = Observation::new(self.map, &self.prepared.frame, &start, margin_px)? else {
-            return Ok(None);
-        };
-        let finer_px = (observation.window_size_px as f64 * FINER_WINDOW_SHARE) as usize;
-        let finer_px = finer_px.clamp(FINER_WINDOWS_PX.0, FINER_WINDOWS_PX.1);
-        let (voter_px, size_px) = if is_first { (ENTRY_VOTER_PX, ENTRY_WINDOW_PX) } else { (finer_px, finer_px) };
-        let observation = Observation { window_size_px: size_px, ..observation };
-        let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
-        let nadir_px = observation.view.grid.nadir_px;
-        let options =
-            SoftVoteOptions { radius_px: pass.radius_px, max_shift_px: pass.radius_px, max_growth, max_turn_rad };
-        let Some(vote) = held_vote(&observation, voter_px, &options) else { return Ok(None) };
+        let Some(mut found) = self.held(zoom, pose, is_first)? else { return Ok(None) };
+        if found.vote.tilt_rad != [0.0; 2] {
+            // The windows again, as the elected camera sees them.
+            let again = self.held(zoom, found.elected_pose(), is_first)?;
+            let is_better = |again: &HeldVote| again.vote.log10_nfa(PLACES) < found.vote.log10_nfa(PLACES);
+            if let Some(again) = again.filter(is_better) {
+                found = again;
+            }
+        }
+        let HeldVote { start, pass, observation, vote, options } = found;
+        let size_px = observation.window_size_px;
         let surfaces = observation.square_surfaces(size_px, pass.radius_px);
         let matches: Vec<_> = surfaces.iter().filter_map(|surface| surface.matched(pass.radius_px)).collect();
+        let SoftVoteOptions { max_growth, max_turn_rad, .. } = options;
         let options = WindowFitOptions { tolerance_px: pass.tolerance_px, max_growth, max_turn_rad };
+        let nadir_px = observation.view.grid.nadir_px;
         let Some(fit) = fit_windows_about(&vote.map_from_view, &matches, nadir_px, &options) else { return Ok(None) };
         Ok(Some(RefinedPlace {
             pose: start.corrected(&fit.map_from_view),
@@ -112,5 +111,45 @@ impl SoftRefinement<'_> {
             grid: observation.view.grid,
             peak: self.peak,
         }))
+    }
+
+    /// The vote near a pose at one level; the first level's also elects the tilt that the attitude leaves open. `None` where no windows
+    /// vote.
+    fn held(&self, zoom: u8, pose: CameraPose, is_first: bool) -> Result<Option<HeldVote>, StoreError> {
+        let start = pose.at_zoom(zoom);
+        let pass = Pass::entry(zoom, true);
+        let margin_px = pass.radius_px + BESIDE_PX as usize;
+        let Some(observation) = Observation::new(self.map, &self.prepared.frame, &start, margin_px)? else {
+            return Ok(None);
+        };
+        let finer_px = (observation.window_size_px as f64 * FINER_WINDOW_SHARE) as usize;
+        let finer_px = finer_px.clamp(FINER_WINDOWS_PX.0, FINER_WINDOWS_PX.1);
+        let (voter_px, size_px) = if is_first { (ENTRY_VOTER_PX, ENTRY_WINDOW_PX) } else { (finer_px, finer_px) };
+        let observation = Observation { window_size_px: size_px, ..observation };
+        let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
+        let options =
+            SoftVoteOptions { radius_px: pass.radius_px, max_shift_px: pass.radius_px, max_growth, max_turn_rad };
+        let tilt = tilt_sigma_rad(self.view).filter(|_| is_first);
+        let tilt = tilt.map(|sigma_rad| TiltFreedom { pose: start, camera: self.prepared.frame.camera(), sigma_rad });
+        let vote = held_vote(&observation, voter_px, tilt.as_ref(), &options);
+        Ok(vote.map(|vote| HeldVote { start, pass, observation, vote, options }))
+    }
+}
+
+/// A vote with what it was held on.
+struct HeldVote {
+    /// The pose that the observation was rendered through.
+    start: CameraPose,
+    pass: Pass,
+    observation: Observation,
+    vote: SoftVote,
+    options: SoftVoteOptions,
+}
+
+impl HeldVote {
+    fn elected_pose(&self) -> CameraPose {
+        let [pitch_rad, roll_rad] = self.start.tilt_rad;
+        let tilt_rad = [pitch_rad + self.vote.tilt_rad[0], roll_rad + self.vote.tilt_rad[1]];
+        CameraPose { tilt_rad, ..self.start.corrected(&self.vote.map_from_view) }
     }
 }

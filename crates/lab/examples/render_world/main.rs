@@ -45,6 +45,9 @@ struct Args {
     /// Error of the map that is the same everywhere, metres [default: 5, 5 and 2].
     #[arg(long)]
     map_common_m: Option<f64>,
+    /// Draw that error by the seed from a Gaussian with this standard deviation per axis, metres; consecutive seeds spread evenly over it.
+    #[arg(long, conflicts_with = "map_common_m")]
+    map_common_sigma_m: Option<f64>,
     /// Error of the map that varies from place to place, standard deviation per axis, metres [default: 1, 2 and 0.8].
     #[arg(long)]
     map_local_m: Option<f64>,

@@ -130,14 +130,25 @@ fn margin_m(args: &Args, usual: [f64; 2], corner: f64, prior_m: f64) -> f64 {
 }
 
 fn map_warp(args: &Args, common_m: f64, local_m: f64, wavelength_m: f64) -> MapWarp {
-    let common_m = args.map_common_m.unwrap_or(common_m);
-    let towards_rad = args.seed as f64 * 2.4;
+    let (length_m, towards_rad) = match args.map_common_sigma_m {
+        Some(sigma_m) => gaussian_shift(args.seed, sigma_m),
+        None => (args.map_common_m.unwrap_or(common_m), args.seed as f64 * 2.4),
+    };
     MapWarp {
-        common_m: [common_m * towards_rad.cos(), common_m * towards_rad.sin()],
+        common_m: [length_m * towards_rad.cos(), length_m * towards_rad.sin()],
         local_m: args.map_local_m.unwrap_or(local_m),
         wavelength_m,
         seed: args.seed as u32,
     }
+}
+
+/// Length and direction of a shift drawn from a Gaussian with this standard deviation per axis: two additive recurrences, whose consecutive
+/// values fill their intervals evenly, the first through the inverse of the Rayleigh distribution.
+fn gaussian_shift(seed: u64, sigma_m: f64) -> (f64, f64) {
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let silver = 2f64.sqrt() - 1.0;
+    let [radius, turn] = [golden, silver].map(|step| (0.5 + (seed % 1_000_000) as f64 * step).fract());
+    (sigma_m * (-2.0 * (1.0 - radius).ln()).sqrt(), turn * std::f64::consts::TAU)
 }
 
 fn true_columns(args: &Args) -> TrueColumns {

@@ -1,0 +1,119 @@
+//! `CrossCheck`: how far the layers of a store lie off each other, measured by locating tiles of one layer on another.
+//!
+//! Two maps of one place, made by different people, show where each of them errs: nothing else in a store does. The program locates
+//! tiles with the same search and the same bound on false fixes as it locates frames. The shift between two layers is the median over
+//! tiles, its scatter the median absolute deviation; what a layer is off by itself is its distance from the position on which most
+//! layers agree.
+
+mod consensus;
+mod pair;
+
+pub use pair::{LayerPair, PairShift};
+
+use crate::locate::{CancellationToken, LocateError};
+use consensus::consensus;
+use overfly_core::geodesy::Enu;
+use overfly_store::{Layer, Reader};
+
+/// Each layer is compared with at most so many others, so the work grows with the number of layers and not with its square.
+const MOST_OTHERS: usize = 6;
+/// The scatter within a pair is that of two layers: each has this share of its variance.
+const OWN_SHARE: f64 = 0.5;
+
+/// Layers of a store compared with each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrossCheck {
+    /// The layers that have ground in common, each pair once.
+    pub pairs: Vec<LayerPair>,
+    /// What each layer is off by itself, in the order of the store.
+    pub layers: Vec<LayerOffset>,
+}
+
+/// What a layer is off by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerOffset {
+    /// Its name.
+    pub layer: String,
+    /// How many others it was measured against.
+    pub others: usize,
+    /// From the position on which most layers agree; of two layers, half the shift between them. `None` where no other layer has ground in
+    /// common on which tiles were found.
+    pub offset: Option<Enu>,
+    /// Standard deviation per axis of what varies from place to place, metres: half the variance within its pairs, their median. What
+    /// the measurement adds is in it.
+    pub scatter_m: Option<f64>,
+}
+
+impl LayerOffset {
+    /// The standard deviation per axis that offset and scatter speak for, metres: what `--horizontal-error-m` should state at least.
+    pub fn error_m(&self) -> Option<f64> {
+        let offset = self.offset?;
+        let common_m2 = (offset.east_m.powi(2) + offset.north_m.powi(2)) / 2.0;
+        Some((common_m2 + self.scatter_m?.powi(2)).sqrt())
+    }
+}
+
+impl CrossCheck {
+    /// Compares the finished layers of a store. `report` is told how many tiles of how many are done.
+    ///
+    /// # Errors
+    /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
+    pub fn new(
+        store: &Reader,
+        threads: usize,
+        cancellation: &CancellationToken,
+        report: &dyn Fn(u64, u64),
+    ) -> Result<Self, LocateError> {
+        let layers: Vec<&Layer> = store.finished_layers().collect();
+        let couples = couples(layers.len());
+        let mut pairs = Vec::new();
+        for (done, &(a, b)) in couples.iter().enumerate() {
+            let tiles = |done_tiles: usize| {
+                report((done * pair::TILES + done_tiles) as u64, (couples.len() * pair::TILES) as u64);
+            };
+            let pair = LayerPair::new(store, [layers[a], layers[b]], threads, cancellation, &tiles)?;
+            pairs.extend(pair.filter(|pair| pair.compared > 0).map(|pair| (a, b, pair)));
+        }
+        let edges: Vec<_> = pairs.iter().filter_map(|(a, b, pair)| Some((*a, *b, pair.shift?.median))).collect();
+        let offsets = consensus(layers.len(), &edges);
+        let offset_of = |(index, layer): (usize, &&Layer)| {
+            let own = pairs.iter().filter(|(a, b, _)| *a == index || *b == index);
+            let scatters: Vec<_> = own.filter_map(|(_, _, pair)| Some(pair.shift?.scatter_m)).collect();
+            LayerOffset {
+                layer: layer.name.clone(),
+                others: scatters.len(),
+                offset: offsets[index].filter(|_| !scatters.is_empty()),
+                scatter_m: pair::median(scatters).map(|scatter_m| scatter_m * OWN_SHARE.sqrt()),
+            }
+        };
+        let layers = layers.iter().enumerate().map(offset_of).collect();
+        Ok(Self { pairs: pairs.into_iter().map(|(_, _, pair)| pair).collect(), layers })
+    }
+}
+
+/// Pairs of layers: each with the next ones in a ring, so that all are joined.
+fn couples(layers: usize) -> Vec<(usize, usize)> {
+    let mut couples: Vec<_> = (0..layers)
+        .flat_map(|a| (1..=MOST_OTHERS / 2).map(move |step| (a, (a + step) % layers.max(1))))
+        .filter(|(a, b)| a != b)
+        .map(|(a, b)| (a.min(b), a.max(b)))
+        .collect();
+    couples.sort_unstable();
+    couples.dedup();
+    couples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_layers_are_all_compared_and_many_only_with_some() {
+        assert!(couples(0).is_empty() && couples(1).is_empty());
+        assert_eq!(couples(2), [(0, 1)]);
+        for layers in 3..=7 {
+            assert_eq!(couples(layers).len(), layers * (layers - 1) / 2, "{layers}");
+        }
+        assert_eq!(couples(100).len(), 300);
+    }
+}

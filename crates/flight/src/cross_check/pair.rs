@@ -1,0 +1,164 @@
+//! `LayerPair`: the shift between two layers of a store.
+
+use crate::locate::{
+    Answer, CancellationToken, FixRequest, HeadingPrior, LocateError, PositionPrior, locate_cancellable,
+};
+use overfly_core::camera::View;
+use overfly_core::geodesy::{Enu, LocalFrame};
+use overfly_core::pixels::Gray;
+use overfly_core::tile::TileId;
+use overfly_store::{Layer, Reader, StoreError};
+
+/// Tiles of a pair that are located.
+pub const TILES: usize = 40;
+/// A tile counts from this share of valid pixels on.
+const LEAST_VALID: f64 = 1.0;
+/// Fewer tiles found measure no shift.
+const LEAST_FOUND: usize = 5;
+/// The other layer is searched around the tile's place under this standard deviation, pixels of the tile, and at least metres.
+const SIGMA_PX: f64 = 12.0;
+const LEAST_SIGMA_M: f64 = 10.0;
+/// Both layers have one scale and one north, but for what their makers got wrong.
+const HEADING_SIGMA_DEG: f64 = 1.0;
+const SCALE_SIGMA_RATIO: f64 = 0.01;
+/// The standard deviation of a Gaussian over its median absolute deviation.
+const SIGMA_OF_MAD: f64 = 1.4826;
+
+/// Two layers compared on the ground that both show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerPair {
+    /// The layers' names.
+    pub layers: [String; 2],
+    /// The level of the tiles.
+    pub zoom: u8,
+    /// Tiles of the first layer that were located on the second.
+    pub compared: usize,
+    /// Of these: found.
+    pub found: usize,
+    /// The shift, where enough were found.
+    pub shift: Option<PairShift>,
+}
+
+/// How far the first layer of a pair lies off the second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairShift {
+    /// Where the first layer puts a thing, less where the second puts it: the median over the tiles.
+    pub median: Enu,
+    /// Standard deviation per axis of the tiles around the median, metres, from the median absolute deviation.
+    pub scatter_m: f64,
+    /// The farthest tile from the median, metres.
+    pub farthest_m: f64,
+}
+
+impl LayerPair {
+    /// Locates tiles of the first layer on the second, at the finer level that both have. `None` where they have no level in common.
+    ///
+    /// # Errors
+    /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
+    pub fn new(
+        store: &Reader,
+        [a, b]: [&Layer; 2],
+        threads: usize,
+        cancellation: &CancellationToken,
+        report: &dyn Fn(usize),
+    ) -> Result<Option<Self>, LocateError> {
+        let zoom = a.base_zoom.min(b.base_zoom);
+        if zoom < a.min_zoom.max(b.min_zoom) {
+            return Ok(None);
+        }
+        let tiles = common_tiles(store, [a, b], zoom)?;
+        let mut shifts = Vec::new();
+        for (done, tile) in tiles.iter().enumerate() {
+            report(done);
+            shifts.extend(tile_shift(store, *tile, [a, b], threads, cancellation)?);
+        }
+        report(TILES);
+        let layers = [a, b].map(|layer| layer.name.clone());
+        Ok(Some(Self { layers, zoom, compared: tiles.len(), found: shifts.len(), shift: PairShift::new(&shifts) }))
+    }
+}
+
+impl PairShift {
+    fn new(shifts: &[Enu]) -> Option<Self> {
+        if shifts.len() < LEAST_FOUND {
+            return None;
+        }
+        let along = |axis: fn(&Enu) -> f64| median(shifts.iter().map(axis).collect());
+        let middle = Enu { east_m: along(|s| s.east_m)?, north_m: along(|s| s.north_m)? };
+        let off = |s: &Enu| [s.east_m - middle.east_m, s.north_m - middle.north_m];
+        let deviations = shifts.iter().flat_map(|s| off(s).map(f64::abs)).collect();
+        let farthest_m = shifts.iter().map(|s| off(s)[0].hypot(off(s)[1])).fold(0.0, f64::max);
+        Some(Self { median: middle, scatter_m: SIGMA_OF_MAD * median(deviations)?, farthest_m })
+    }
+}
+
+/// Tiles of which both layers have all pixels, evenly spread over those of the first.
+fn common_tiles(store: &Reader, [a, b]: [&Layer; 2], zoom: u8) -> Result<Vec<TileId>, StoreError> {
+    let is_whole = |valid: f64| valid >= LEAST_VALID;
+    let whole: Vec<_> = store.footprints(a, zoom)?.into_iter().filter(|f| is_whole(f.valid_fraction)).collect();
+    let mut common = Vec::new();
+    for footprint in &whole {
+        let other = store.footprint(b, footprint.tile)?;
+        if other.is_some_and(|other| is_whole(other.valid_fraction)) {
+            common.push(footprint.tile);
+        }
+    }
+    let wanted = common.len().min(TILES);
+    Ok((0..wanted).map(|i| common[(2 * i + 1) * common.len() / (2 * wanted)]).collect())
+}
+
+/// Where the first layer shows the ground of a tile, less where the second does; `None` where the tile is not found.
+fn tile_shift(
+    store: &Reader,
+    tile: TileId,
+    [a, b]: [&Layer; 2],
+    threads: usize,
+    cancellation: &CancellationToken,
+) -> Result<Option<Enu>, LocateError> {
+    let Some(pixels) = store.tile(a, tile)? else { return Ok(None) };
+    let frame: Gray = pixels.colour.to_gray();
+    let (centre, gsd_m_per_px) = (tile.centre(), tile.gsd().mean_m_per_px());
+    let sigma_m = (SIGMA_PX * gsd_m_per_px).max(LEAST_SIGMA_M);
+    let request = FixRequest {
+        layer: b.name.clone(),
+        position: PositionPrior::Gaussian { centre, sigma_east_m: sigma_m, sigma_north_m: sigma_m, correlation: 0.0 },
+        heading: Some(HeadingPrior { heading_rad: 0.0, sigma_rad: HEADING_SIGMA_DEG.to_radians() }),
+        view: View::Nadir { gsd_m_per_px },
+        scale_sigma_ratio: SCALE_SIGMA_RATIO,
+        time_s: None,
+    };
+    let answer = locate_cancellable(store, &frame, &request, threads, cancellation)?;
+    let Answer::Fix(fix) = answer else { return Ok(None) };
+    let on_other = LocalFrame::at(centre).enu_from_geodetic(fix.image_centre);
+    Ok(Some(Enu { east_m: -on_other.east_m, north_m: -on_other.north_m }))
+}
+
+/// The middle value, or the mean of the two in the middle; `None` where there is none.
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    let n = values.len();
+    if n == 0 { None } else { Some((values[(n - 1) / 2] + values[n / 2]) / 2.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shift_is_the_median_and_one_tile_in_five_moves_nothing() {
+        let mut shifts: Vec<_> =
+            (0..20).map(|i| Enu { east_m: 2.0 + 0.1 * f64::from(i % 5 - 2), north_m: -1.0 }).collect();
+        shifts.extend((0..4).map(|i| Enu { east_m: 90.0 * f64::from(i), north_m: 70.0 }));
+        let found = PairShift::new(&shifts).unwrap();
+        assert!((found.median.east_m - 2.1).abs() < 0.11 && found.median.north_m == -1.0, "{found:?}");
+        assert!(found.scatter_m < 0.3 && found.farthest_m > 200.0, "{found:?}");
+        assert_eq!(PairShift::new(&shifts[..4]), None);
+    }
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![]), None);
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
+    }
+}
