@@ -1,5 +1,6 @@
 //! `overfly info`: shows what is in a store.
 
+use crate::cli::cross_check::CrossCheckInfo;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::mission_text::mission_text;
@@ -14,6 +15,10 @@ use std::path::PathBuf;
 pub struct Args {
     /// The store.
     file: PathBuf,
+    /// Compare the layers with each other: locate up to 40 tiles of each on up to 6 others, and say how far they lie apart and what error
+    /// that speaks for. Takes seconds to minutes
+    #[arg(long)]
+    cross_check: bool,
 }
 
 #[derive(Serialize)]
@@ -27,6 +32,9 @@ struct Info<'a> {
     layers: Vec<LayerInfo<'a>>,
     /// What the manifest of an exported store states; it is not verified here.
     exported: Option<ExportInfo>,
+    /// The comparison of its layers, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cross_check: Option<CrossCheckInfo>,
 }
 
 #[derive(Serialize)]
@@ -113,6 +121,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         bytes: reader.bytes(),
         layers,
         exported: reader.manifest().and_then(|text| Manifest::from_text(text).ok()).map(ExportInfo::from_manifest),
+        cross_check: args.cross_check.then(|| CrossCheckInfo::new(&reader, output)).transpose()?,
     };
     output.say(&info, || describe(&info));
     Ok(Exit::Done)
@@ -184,6 +193,7 @@ fn describe(info: &Info<'_>) -> String {
             ));
         }
     }
+    text.push_str(&info.cross_check.as_ref().map(CrossCheckInfo::describe).unwrap_or_default());
     text.truncate(text.trim_end().len());
     text
 }

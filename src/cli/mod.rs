@@ -28,6 +28,7 @@ mod viewpoint;
 mod apply;
 mod candidates;
 mod completions;
+mod cross_check;
 mod diff;
 mod fix;
 mod info;

@@ -16,6 +16,7 @@ use super::clutter::WindowWeights;
 use super::rank_score::{MEAN_RANK_SCORE, RankScorer};
 use super::similarity::Similarity;
 use super::windows::WindowSurface;
+use crate::simd::dispatch;
 use nalgebra::{Matrix2, Vector2};
 
 /// How far a similarity may go.
@@ -76,19 +77,47 @@ impl SoftVote {
     }
 }
 
-/// Elects the similarity between a view and the map. The surfaces must cover every displacement of at most the radius on each axis, row by
-/// row; `pivot_px` is the point where the shift is stated (the nadir), in the view's pixels. `None` with too few windows.
+/// The windows of a view with their rank scores: several votes may be held on them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RankedWindows {
+    /// Of each window, pixels of the view.
+    pub centres_px: Vec<Vector2<f64>>,
+    /// Of each window, row by row, less their mean by chance.
+    scores: Vec<Vec<f32>>,
+}
+
+impl RankedWindows {
+    /// Ranks the surfaces of the windows, which must cover every displacement of at most the vote's radius on each axis, row by row.
+    pub fn new(surfaces: &[WindowSurface]) -> Self {
+        let mut scorer = RankScorer::default();
+        let centred = |surface: &WindowSurface| {
+            let mut scores = scorer.scores(&surface.scores);
+            scores.iter_mut().for_each(|score| *score -= MEAN_RANK_SCORE);
+            scores
+        };
+        Self {
+            scores: surfaces.iter().map(centred).collect(),
+            centres_px: surfaces.iter().map(|surface| surface.centre_px.into()).collect(),
+        }
+    }
+}
+
+/// Elects the similarity between a view and the map, and the tilt where its motion is given. `pivot_px` is the point where the shift is
+/// stated (the nadir), in the view's pixels. `None` with too few windows, and where weights or motion are not those of the windows.
 pub fn soft_vote(
-    surfaces: &[WindowSurface],
+    windows: &RankedWindows,
     weights: &WindowWeights,
     tilt: Option<&TiltMotion>,
     pivot_px: [f64; 2],
     options: &SoftVoteOptions,
 ) -> Option<SoftVote> {
-    if surfaces.len() < MIN_WINDOWS || weights.weights.len() != surfaces.len() {
+    let count = windows.scores.len();
+    let still = TiltMotion { px_per_rad: vec![Matrix2::zeros(); count], max_rad: 0.0 };
+    let tilt = tilt.unwrap_or(&still);
+    if count < MIN_WINDOWS || weights.weights.len() != count || tilt.px_per_rad.len() != count {
         return None;
     }
-    let ballot = Ballot::new(surfaces, &weights.weights, tilt, options)?;
+    let ballot = Ballot::new(windows, &weights.weights, tilt, options);
     let (start, compared) = ballot.highest();
     let (elected, sum) = ballot.polished(start);
     let off_middle = Vector2::from(pivot_px) - ballot.middle_px;
@@ -162,13 +191,21 @@ impl Steps {
     }
 }
 
+dispatch! {
+    /// Adds scores to sums.
+    fn add(sums: &mut [f32], scores: &[f32]) {
+        sums.iter_mut().zip(scores).for_each(|(sum, score)| *sum += score);
+    }
+}
+
 fn pairs(a: Steps, b: Steps) -> impl Iterator<Item = [f64; 2]> {
     a.values().flat_map(move |a| b.values().map(move |b| [a, b]))
 }
 
 /// The weighted rank scores of all windows.
 struct Ballot {
-    /// Of each window, row by row, less their mean by chance.
+    /// Of each window, less their mean by chance: its square row by row, with zeros between the rows and at both ends, so that it can be
+    /// added under any shift in one piece.
     scores: Vec<Vec<f32>>,
     /// Mean of the sum by chance, which displacements that were not searched add to.
     mean: f32,
@@ -187,54 +224,59 @@ struct Ballot {
 }
 
 impl Ballot {
-    /// `None` where the tilt's motion is not that of these windows.
-    fn new(
-        surfaces: &[WindowSurface],
-        weights: &[f32],
-        tilt: Option<&TiltMotion>,
-        options: &SoftVoteOptions,
-    ) -> Option<Self> {
-        let still = TiltMotion { px_per_rad: vec![Matrix2::zeros(); surfaces.len()], max_rad: 0.0 };
-        let tilt = tilt.unwrap_or(&still);
-        if tilt.px_per_rad.len() != surfaces.len() {
-            return None;
-        }
-        let windows = surfaces.len() as f64;
-        let middle_px = surfaces.iter().map(|s| Vector2::from(s.centre_px)).sum::<Vector2<f64>>() / windows;
-        let tilt_middle_px_per_rad = tilt.px_per_rad.iter().sum::<Matrix2<f64>>() / windows;
-        let seat = |(surface, motion): (&WindowSurface, &Matrix2<f64>)| Seat {
-            centre_px: Vector2::from(surface.centre_px) - middle_px,
+    /// Weights and motion are those of the windows.
+    fn new(windows: &RankedWindows, weights: &[f32], tilt: &TiltMotion, options: &SoftVoteOptions) -> Self {
+        let count = windows.scores.len() as f64;
+        let middle_px = windows.centres_px.iter().sum::<Vector2<f64>>() / count;
+        let tilt_middle_px_per_rad = tilt.px_per_rad.iter().sum::<Matrix2<f64>>() / count;
+        let seat = |(centre, motion): (&Vector2<f64>, &Matrix2<f64>)| Seat {
+            centre_px: centre - middle_px,
             px_per_rad: motion - tilt_middle_px_per_rad,
         };
-        let seats: Vec<_> = surfaces.iter().zip(&tilt.px_per_rad).map(seat).collect();
+        let seats: Vec<_> = windows.centres_px.iter().zip(&tilt.px_per_rad).map(seat).collect();
         let half_px = seats.iter().map(|seat| seat.centre_px.norm()).fold(1.0, f64::max);
         let columns = seats.iter().flat_map(|seat| [0, 1].map(|axis| seat.px_per_rad.column(axis).norm()));
         let most_px_per_rad = columns.fold(0.0, f64::max);
-        let radius_px = options.radius_px as i64;
-        let mut scorer = RankScorer::default();
-        let weighted = |(surface, &weight): (&WindowSurface, &f32)| {
-            let mut scores = scorer.scores(&surface.scores);
-            scores.iter_mut().for_each(|score| *score = (*score - MEAN_RANK_SCORE) * weight);
-            scores
-        };
-        let scores = surfaces.iter().zip(weights).map(weighted).collect();
-        let mean = weights.iter().map(|weight| weight * MEAN_RANK_SCORE).sum();
-        Some(Self {
-            scores,
-            mean,
+        let mut ballot = Self {
+            scores: Vec::new(),
+            mean: weights.iter().map(|weight| weight * MEAN_RANK_SCORE).sum(),
             seats,
             middle_px,
             tilt_middle_px_per_rad,
-            radius_px,
+            radius_px: options.radius_px as i64,
             per_px: 1.0 / half_px,
             tilt_per_px: if most_px_per_rad > 0.0 { 1.0 / most_px_per_rad } else { 0.0 },
             max_tilt_rad: tilt.max_rad,
             options: *options,
-        })
+        };
+        let weighted = windows.scores.iter().zip(weights);
+        ballot.scores = weighted.map(|(scores, &weight)| ballot.padded(scores, weight)).collect();
+        ballot
+    }
+
+    /// The square of a window, weighted and with its zeros.
+    fn padded(&self, scores: &[f32], weight: f32) -> Vec<f32> {
+        let side = self.side();
+        let mut padded = vec![0.0; side * self.stride() + 2 * (side - 1)];
+        for (y, row) in scores.chunks_exact(side).enumerate() {
+            let first = self.place(0, y as i64);
+            padded[first..first + side].iter_mut().zip(row).for_each(|(to, score)| *to = score * weight);
+        }
+        padded
     }
 
     fn side(&self) -> usize {
         (2 * self.radius_px + 1) as usize
+    }
+
+    /// From one row to the next: as many zeros as a shift may be long before nothing of the square overlaps.
+    fn stride(&self) -> usize {
+        2 * self.side() - 1
+    }
+
+    /// Where a displacement stands in the padded scores, counted from the corner of the square.
+    fn place(&self, x: i64, y: i64) -> usize {
+        (self.side() as i64 - 1 + y * self.stride() as i64 + x) as usize
     }
 
     fn steps(&self, most: f64) -> Steps {
@@ -271,16 +313,18 @@ impl Ballot {
         (best.1, shifts * growths.count() * turns.count() * tilts.count().powi(2))
     }
 
-    /// The highest sum of some changes over all whole shifts.
+    /// The highest sum of some changes over all whole shifts that may be elected.
     fn best_of(&self, changes: impl Iterator<Item = Change>) -> (f32, Change) {
-        let side = self.side();
+        let most = (self.options.max_shift_px as i64).min(self.radius_px);
         let mut best = (f32::NEG_INFINITY, Change::NONE);
+        let mut sums = Vec::new();
         for change in changes {
-            for (i, &sum) in self.sums(&change).iter().enumerate() {
-                if sum > best.0 {
-                    let shift_px = Vector2::new(i % side, i / side).map(|v| v as f64 - self.radius_px as f64);
-                    if self.is_within(shift_px) {
-                        best = (sum, Change { shift_px, ..change });
+            self.sum_shifts(&change, &mut sums);
+            for y in -most..=most {
+                let first = (y + self.radius_px) as usize * self.stride() + (self.radius_px - most) as usize;
+                for (x, &sum) in (-most..=most).zip(&sums[first..]) {
+                    if sum > best.0 {
+                        best = (sum, Change { shift_px: Vector2::new(x as f64, y as f64), ..change });
                     }
                 }
             }
@@ -288,25 +332,22 @@ impl Ballot {
         best
     }
 
-    /// The sum of all windows at every whole shift, row by row, under a growth and a turn.
-    fn sums(&self, change: &Change) -> Vec<f32> {
-        let side = self.side() as i64;
-        let mut sums = vec![self.mean; (side * side) as usize];
+    /// The sum of all windows at every whole shift under a growth, a turn and a tilt: row by row, with what is no shift between the rows.
+    fn sum_shifts(&self, change: &Change, sums: &mut Vec<f32>) {
+        let (side, stride) = (self.side() as i64, self.stride());
+        sums.clear();
+        sums.resize(self.side() * stride, self.mean);
         for (scores, seat) in self.scores.iter().zip(&self.seats) {
             let moved = change.without_shift(seat.centre_px, &seat.px_per_rad);
             let (dx, dy) = (moved.x.round() as i64, moved.y.round() as i64);
-            let (first, end) = ((-dx).clamp(0, side), (side - dx).clamp(0, side));
-            if first >= end {
+            if dx.abs() >= side || dy.abs() >= side {
                 continue;
             }
-            for y in (-dy).clamp(0, side)..(side - dy).clamp(0, side) {
-                let row = &mut sums[(y * side + first) as usize..(y * side + end) as usize];
-                let from = (y + dy) * side + dx;
-                let seen = &scores[(from + first) as usize..(from + end) as usize];
-                row.iter_mut().zip(seen).for_each(|(sum, score)| *sum += score);
-            }
+            let rows = (-dy).max(0)..(side - dy).min(side);
+            let sums = &mut sums[rows.start as usize * stride..rows.end as usize * stride];
+            let first = self.place(dx, rows.start + dy);
+            add(sums, &scores[first..first + sums.len()]);
         }
-        sums
     }
 
     /// The sum under a change, between whole pixels.
@@ -330,7 +371,7 @@ impl Ballot {
         let side = self.side() as i64;
         let score = |x: i64, y: i64| {
             let is_searched = (0..side).contains(&x) && (0..side).contains(&y);
-            f64::from(if is_searched { scores[(y * side + x) as usize] } else { 0.0 })
+            f64::from(if is_searched { scores[self.place(x, y)] } else { 0.0 })
         };
         let (x, y) = (left as i64, top as i64);
         let row = |y: i64| score(x, y) * (1.0 - fx) + score(x + 1, y) * fx;
@@ -388,7 +429,8 @@ mod tests {
     }
 
     fn elected(surfaces: &[WindowSurface], pivot_px: [f64; 2]) -> SoftVote {
-        soft_vote(surfaces, &WindowWeights::equal(surfaces.len()), None, pivot_px, &OPTIONS).unwrap()
+        soft_vote(&RankedWindows::new(surfaces), &WindowWeights::equal(surfaces.len()), None, pivot_px, &OPTIONS)
+            .unwrap()
     }
 
     const RADIUS_PX: usize = 8;
@@ -438,14 +480,16 @@ mod tests {
         let change = Change { shift_px: Vector2::new(2.3, -1.6), tilt_rad, ..Change::NONE };
         let windows = surfaces(7, &change, 0.5);
         let (weights, pivot_px) = (WindowWeights::equal(60), [60.0, 36.0]);
-        let level = soft_vote(&windows, &weights, None, pivot_px, &OPTIONS).unwrap();
-        let tilted = soft_vote(&windows, &weights, Some(&tilt_motion(&windows)), pivot_px, &OPTIONS).unwrap();
+        let level = soft_vote(&RankedWindows::new(&windows), &weights, None, pivot_px, &OPTIONS).unwrap();
+        let tilted =
+            soft_vote(&RankedWindows::new(&windows), &weights, Some(&tilt_motion(&windows)), pivot_px, &OPTIONS)
+                .unwrap();
         assert!((Vector2::from(tilted.tilt_rad) - tilt_rad).norm() < 0.02, "{tilted:?}");
         assert!((tilted.map_from_view.t - change.shift_px).norm() < 0.5, "the shift at the middle: {tilted:?}");
         assert!(tilted.log10_nfa(1.0) < level.log10_nfa(1.0) - 2.0, "{tilted:?} {level:?}");
         assert_eq!(tilted.compared, 25.0 * level.compared);
         let others = TiltMotion { px_per_rad: Vec::new(), max_rad: 0.14 };
-        assert!(soft_vote(&windows, &weights, Some(&others), pivot_px, &OPTIONS).is_none());
+        assert!(soft_vote(&RankedWindows::new(&windows), &weights, Some(&others), pivot_px, &OPTIONS).is_none());
     }
 
     #[test]
@@ -453,7 +497,9 @@ mod tests {
         let nfa = |seed| {
             let windows = surfaces(seed, &Change::NONE, 0.0);
             let tilt = tilt_motion(&windows);
-            soft_vote(&windows, &WindowWeights::equal(60), Some(&tilt), [0.0; 2], &OPTIONS).unwrap().log10_nfa(1.0)
+            soft_vote(&RankedWindows::new(&windows), &WindowWeights::equal(60), Some(&tilt), [0.0; 2], &OPTIONS)
+                .unwrap()
+                .log10_nfa(1.0)
         };
         let low = (1..=100).map(nfa).filter(|&nfa| nfa < -1.0).count();
         assert!(low <= 2, "{low} of 100 below 0.1");
@@ -462,7 +508,16 @@ mod tests {
     #[test]
     fn few_windows_elect_nothing() {
         let none = Change::NONE;
-        assert!(soft_vote(&surfaces(1, &none, 1.0)[..5], &WindowWeights::equal(5), None, [0.0; 2], &OPTIONS).is_none());
+        assert!(
+            soft_vote(
+                &RankedWindows::new(&surfaces(1, &none, 1.0)[..5]),
+                &WindowWeights::equal(5),
+                None,
+                [0.0; 2],
+                &OPTIONS
+            )
+            .is_none()
+        );
     }
 
     #[test]
@@ -472,7 +527,7 @@ mod tests {
         windows.extend(surfaces(8, &Change { shift_px: Vector2::new(-4.0, 4.0), ..change }, 5.0));
         let weights = (0..120).map(|i| if i < 60 { 1.0 } else { 0.0 }).collect();
         let weights = WindowWeights { weights, ..WindowWeights::equal(120) };
-        let vote = soft_vote(&windows, &weights, None, [60.0, 36.0], &OPTIONS).unwrap();
+        let vote = soft_vote(&RankedWindows::new(&windows), &weights, None, [60.0, 36.0], &OPTIONS).unwrap();
         assert!((vote.map_from_view.t - change.shift_px).norm() < 0.5, "{vote:?}");
         assert!((vote.independent_windows - 60.0 / 1.3).abs() < 1e-9);
     }

@@ -10,7 +10,7 @@ mod pair;
 
 pub use pair::{LayerPair, PairShift};
 
-use crate::locate::{CancellationToken, LocateError};
+use crate::locate::LocateError;
 use consensus::consensus;
 use overfly_core::geodesy::Enu;
 use overfly_store::{Layer, Reader};
@@ -39,8 +39,8 @@ pub struct LayerOffset {
     /// From the position on which most layers agree; of two layers, half the shift between them. `None` where no other layer has ground in
     /// common on which tiles were found.
     pub offset: Option<Enu>,
-    /// Standard deviation per axis of what varies from place to place, metres: half the variance within its pairs, their median. What
-    /// the measurement adds is in it.
+    /// Standard deviation per axis of what varies from place to place, metres: half the variance within a pair, the median over its pairs.
+    /// What the measurement adds is in it.
     pub scatter_m: Option<f64>,
 }
 
@@ -58,12 +58,7 @@ impl CrossCheck {
     ///
     /// # Errors
     /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
-    pub fn new(
-        store: &Reader,
-        threads: usize,
-        cancellation: &CancellationToken,
-        report: &dyn Fn(u64, u64),
-    ) -> Result<Self, LocateError> {
+    pub fn new(store: &Reader, threads: usize, report: &dyn Fn(u64, u64)) -> Result<Self, LocateError> {
         let layers: Vec<&Layer> = store.finished_layers().collect();
         let couples = couples(layers.len());
         let mut pairs = Vec::new();
@@ -71,7 +66,7 @@ impl CrossCheck {
             let tiles = |done_tiles: usize| {
                 report((done * pair::TILES + done_tiles) as u64, (couples.len() * pair::TILES) as u64);
             };
-            let pair = LayerPair::new(store, [layers[a], layers[b]], threads, cancellation, &tiles)?;
+            let pair = LayerPair::new(store, [layers[a], layers[b]], threads, &tiles)?;
             pairs.extend(pair.filter(|pair| pair.compared > 0).map(|pair| (a, b, pair)));
         }
         let edges: Vec<_> = pairs.iter().filter_map(|(a, b, pair)| Some((*a, *b, pair.shift?.median))).collect();

@@ -1,18 +1,14 @@
 //! `LayerPair`: the shift between two layers of a store.
 
-use crate::locate::{
-    Answer, CancellationToken, FixRequest, HeadingPrior, LocateError, PositionPrior, locate_cancellable,
-};
+use crate::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
 use overfly_core::camera::View;
 use overfly_core::geodesy::{Enu, LocalFrame};
 use overfly_core::pixels::Gray;
 use overfly_core::tile::TileId;
-use overfly_store::{Layer, Reader, StoreError};
+use overfly_store::{Footprint, Layer, Reader, StoreError};
 
 /// Tiles of a pair that are located.
 pub const TILES: usize = 40;
-/// A tile counts from this share of valid pixels on.
-const LEAST_VALID: f64 = 1.0;
 /// Fewer tiles found measure no shift.
 const LEAST_FOUND: usize = 5;
 /// The other layer is searched around the tile's place under this standard deviation, pixels of the tile, and at least metres.
@@ -59,7 +55,6 @@ impl LayerPair {
         store: &Reader,
         [a, b]: [&Layer; 2],
         threads: usize,
-        cancellation: &CancellationToken,
         report: &dyn Fn(usize),
     ) -> Result<Option<Self>, LocateError> {
         let zoom = a.base_zoom.min(b.base_zoom);
@@ -70,7 +65,7 @@ impl LayerPair {
         let mut shifts = Vec::new();
         for (done, tile) in tiles.iter().enumerate() {
             report(done);
-            shifts.extend(tile_shift(store, *tile, [a, b], threads, cancellation)?);
+            shifts.extend(tile_shift(store, *tile, [a, b], threads)?);
         }
         report(TILES);
         let layers = [a, b].map(|layer| layer.name.clone());
@@ -94,27 +89,19 @@ impl PairShift {
 
 /// Tiles of which both layers have all pixels, evenly spread over those of the first.
 fn common_tiles(store: &Reader, [a, b]: [&Layer; 2], zoom: u8) -> Result<Vec<TileId>, StoreError> {
-    let is_whole = |valid: f64| valid >= LEAST_VALID;
-    let whole: Vec<_> = store.footprints(a, zoom)?.into_iter().filter(|f| is_whole(f.valid_fraction)).collect();
+    let is_whole = |footprint: &Footprint| footprint.valid_fraction >= 1.0;
+    let whole: Vec<_> = store.footprints(a, zoom)?.into_iter().filter(is_whole).collect();
     let mut common = Vec::new();
     for footprint in &whole {
         let other = store.footprint(b, footprint.tile)?;
-        if other.is_some_and(|other| is_whole(other.valid_fraction)) {
-            common.push(footprint.tile);
-        }
+        common.extend(other.filter(is_whole).map(|other| other.tile));
     }
     let wanted = common.len().min(TILES);
     Ok((0..wanted).map(|i| common[(2 * i + 1) * common.len() / (2 * wanted)]).collect())
 }
 
 /// Where the first layer shows the ground of a tile, less where the second does; `None` where the tile is not found.
-fn tile_shift(
-    store: &Reader,
-    tile: TileId,
-    [a, b]: [&Layer; 2],
-    threads: usize,
-    cancellation: &CancellationToken,
-) -> Result<Option<Enu>, LocateError> {
+fn tile_shift(store: &Reader, tile: TileId, [a, b]: [&Layer; 2], threads: usize) -> Result<Option<Enu>, LocateError> {
     let Some(pixels) = store.tile(a, tile)? else { return Ok(None) };
     let frame: Gray = pixels.colour.to_gray();
     let (centre, gsd_m_per_px) = (tile.centre(), tile.gsd().mean_m_per_px());
@@ -127,7 +114,7 @@ fn tile_shift(
         scale_sigma_ratio: SCALE_SIGMA_RATIO,
         time_s: None,
     };
-    let answer = locate_cancellable(store, &frame, &request, threads, cancellation)?;
+    let answer = locate(store, &frame, &request, threads)?;
     let Answer::Fix(fix) = answer else { return Ok(None) };
     let on_other = LocalFrame::at(centre).enu_from_geodetic(fix.image_centre);
     Ok(Some(Enu { east_m: -on_other.east_m, north_m: -on_other.north_m }))

@@ -5,7 +5,7 @@ use super::refined_place::REFINED_PEAKS;
 use super::tilt_freedom::TiltFreedom;
 use super::window_pass::ENTRY_RADIUS_PX;
 use overfly_core::registration::clutter::{Parity, WindowWeights};
-use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote};
+use overfly_core::registration::soft_vote::{RankedWindows, SoftVote, SoftVoteOptions, soft_vote};
 
 /// Distance of the search squares in which the variance of the vote is measured, pixels: they touch the one that is searched.
 pub const BESIDE_PX: isize = 2 * ENTRY_RADIUS_PX as isize + 1;
@@ -47,11 +47,12 @@ pub fn held_vote(
     let nadir_px = observation.view.grid.nadir_px;
     let surfaces = observation.square_surfaces(voter_px, options.radius_px);
     let motion = tilt.and_then(|tilt| tilt.motion(&observation.view.grid, &surfaces));
-    let equal = soft_vote(&surfaces, &WindowWeights::equal(surfaces.len()), motion.as_ref(), nadir_px, options)?;
+    let windows = RankedWindows::new(&surfaces);
+    let equal = soft_vote(&windows, &WindowWeights::equal(surfaces.len()), motion.as_ref(), nadir_px, options)?;
     if equal.log10_nfa(PLACES) > MOST_LOG10_FALSE_ALARMS {
         return None;
     }
     let beside =
         BESIDE.map(|(parity, offset_px)| (parity, observation.surfaces_beside(voter_px, options.radius_px, offset_px)));
-    soft_vote(&surfaces, &WindowWeights::adapted(&beside), motion.as_ref(), nadir_px, options)
+    soft_vote(&windows, &WindowWeights::adapted(&beside), motion.as_ref(), nadir_px, options)
 }

@@ -28,6 +28,8 @@ const FINER_LOG10_FALSE_ALARMS: f64 = -3.0;
 const FINER_INLIERS: usize = 5;
 /// Most rounds in which the tilt is measured and the vote held anew.
 const TILT_ROUNDS: usize = 3;
+/// Where a vote says no more than this, it is not held anew under the tilt that it elected.
+const WORTH_ANOTHER_LOG10_FALSE_ALARMS: f64 = 1.0;
 /// Where the first vote says no more than this, the place is not refined.
 const HOPELESS_LOG10_FALSE_ALARMS: f64 = 0.0;
 
@@ -84,7 +86,7 @@ impl SoftRefinement<'_> {
     /// The place near a pose that the vote at one level elects; `None` where it elects none.
     fn elected(&self, zoom: u8, pose: CameraPose, is_first: bool) -> Result<Option<RefinedPlace>, StoreError> {
         let Some(mut found) = self.held(zoom, pose, is_first)? else { return Ok(None) };
-        if found.vote.tilt_rad != [0.0; 2] {
+        if found.vote.tilt_rad != [0.0; 2] && found.vote.log10_nfa(PLACES) <= WORTH_ANOTHER_LOG10_FALSE_ALARMS {
             // The windows again, as the elected camera sees them.
             let again = self.held(zoom, found.elected_pose(), is_first)?;
             let is_better = |again: &HeldVote| again.vote.log10_nfa(PLACES) < found.vote.log10_nfa(PLACES);
