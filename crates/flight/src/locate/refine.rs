@@ -4,6 +4,7 @@ use super::camera_pose::CameraPose;
 use super::coarse_peaks::{CoarsePeak, CoarsePeaks};
 use super::error::LocateError;
 use super::hard_refine::hard_refine;
+use super::in_parallel::in_parallel;
 use super::map::Map;
 use super::prepare::PreparedFrame;
 use super::refined_place::{REFINED_PEAKS, RefinedPlace, Vote};
@@ -14,6 +15,12 @@ use overfly_store::StoreError;
 /// The peaks refined so far: a search in steps meets its peaks again.
 #[derive(Default)]
 pub struct RefinedPeaks(Vec<(CameraPose, Option<RefinedPlace>)>);
+
+impl RefinedPeaks {
+    fn of(&self, peak: &CoarsePeak) -> Option<&Option<RefinedPlace>> {
+        self.0.iter().find(|(pose, _)| *pose == peak.pose).map(|(_, refined)| refined)
+    }
+}
 
 /// Where the windows of one place agree by chance less often than this, peaks that are no rivals are skipped.
 const SURE_LOG10_FALSE_ALARMS: f64 = -6.0;
@@ -35,20 +42,28 @@ pub fn refine_peaks(
 ) -> Result<Vec<RefinedPlace>, LocateError> {
     let mut found: Vec<RefinedPlace> = Vec::new();
     let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
-    for peak in coarse.peaks.iter().take(REFINED_PEAKS) {
+    let peaks = &coarse.peaks[..coarse.peaks.len().min(REFINED_PEAKS)];
+    for (index, peak) in peaks.iter().enumerate() {
         context.cancellation.check()?;
         let is_sure = found.iter().any(|r| r.log10_window_false_alarms < SURE_LOG10_FALSE_ALARMS);
         if is_sure && peak.statistic < RIVAL_SHARE * highest {
             break;
         }
-        let refined = match known.0.iter().find(|(pose, _)| *pose == peak.pose) {
-            Some((_, refined)) => refined.clone(),
-            None => {
-                let refined = refine_by_both_votes(context, map, prepared, *peak)?;
-                known.0.push((peak.pose, refined.clone()));
-                refined
+        if known.of(peak).is_none() {
+            // The first alone: it often is so sure that no other is refined.
+            let together = if index == 0 { 1 } else { context.threads.max(1) };
+            let unknown: Vec<_> = peaks[index..].iter().filter(|p| known.of(p).is_none()).take(together).collect();
+            let refine = |peak: &&CoarsePeak| refine_by_both_votes(context, map, prepared, **peak);
+            for (ahead, refined) in in_parallel(&unknown, context.threads, &refine).into_iter().enumerate() {
+                match refined {
+                    Ok(refined) => known.0.push((unknown[ahead].pose, refined)),
+                    Err(error) if ahead == 0 => return Err(error.into()),
+                    // It may never be refined with fewer threads; where it is, the error comes again.
+                    Err(_) => {}
+                }
             }
-        };
+        }
+        let refined = known.of(peak).cloned().flatten();
         found.extend(refined.filter(|r| !found.iter().any(|other| other.is_same_place(r))));
     }
     Ok(found)

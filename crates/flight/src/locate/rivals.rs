@@ -101,6 +101,13 @@ impl RivalReport {
         (self.layers as f64 * one_layer).min(1.0)
     }
 
+    /// The report with one more rival.
+    fn with(self, rival: Rival) -> Self {
+        let is_stronger = self.strongest.is_none_or(|s| rival.difference.t_score() < s.difference.t_score());
+        let strongest = if is_stronger { Some(rival) } else { self.strongest };
+        Self { strongest, count: self.count + 1, ..self }
+    }
+
     /// The rival that makes the place ambiguous, if there is one.
     pub fn ambiguity(&self) -> Option<&Rival> {
         let is_likely = self.alias_probability() > MOST_ALIAS_PROBABILITY;
@@ -180,23 +187,22 @@ impl RivalSearch<'_> {
             } else {
                 difference
             };
-            if difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE && votes.are_chance(&rival.pose)? {
-                continue;
-            }
             let [offset_px, offset_m] = self.offsets(&found.pose, &rival.pose);
             if own.contains_95(Enu { east_m: offset_m.x, north_m: offset_m.y }) {
                 let share = calibrated_alias_probability(difference.t_score(), difference.blocks);
                 report.near_px2 += offset_px * offset_px.transpose() * share;
                 continue;
             }
-            report.count += 1;
-            let is_stronger = report.strongest.is_none_or(|s| difference.t_score() < s.difference.t_score());
-            if is_stronger {
-                report.strongest = Some(Rival { pose: rival.pose, difference });
+            let with_rival = report.with(Rival { pose: rival.pose, difference });
+            if with_rival.ambiguity().is_none() {
+                report = with_rival;
+                continue;
             }
-            if report.ambiguity().is_some() {
-                break;
+            // Votes are costly, so they are held only where they may save the place.
+            if difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE && votes.are_chance(&rival.pose)? {
+                continue;
             }
+            return Ok(with_rival);
         }
         Ok(report)
     }
