@@ -1,6 +1,7 @@
 //! A frame whose file was damaged is refused, or what can still be read of it gives no false fix; harmless changes lose no frame.
 
 use overfly_flight::frame::decode_frame;
+use overfly_flight::locate::Parts;
 use overfly_lab::trial::{DamageScore, DamageTrial, FileChange, FixTrial, FrameFormat, RecordedFlight, TruthPoint};
 use overfly_testkit::drawn::{drawn_store, project};
 use std::process::Command;
@@ -18,6 +19,7 @@ fn trial(formats: &[FrameFormat], changes: &[FileChange], trials: usize) -> Dama
         height_sigma_ratio: 0.03,
         unknown_position: false,
         truth: TruthPoint::Nadir,
+        parts: Parts::ALL,
         threads: 1,
     };
     let trial = DamageTrial { fixes, formats: formats.to_vec(), changes: changes.to_vec(), trials, threads: 2 };

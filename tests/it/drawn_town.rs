@@ -51,7 +51,7 @@ fn draw_flight(folder: &Path) {
         shutter_s: 0.008,
         readout_s: 0.03,
         quality: 88,
-        is_tilt_stated: false,
+        stated_attitude_sigma_deg: None,
         is_lens_stated: false,
         heading_sigma_deg: 2.0,
         height_sigma_ratio: 0.02,

@@ -5,6 +5,7 @@ use overfly_core::camera::{Attitude, Intrinsics, View};
 use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
+use overfly_flight::locate::Parts;
 use overfly_flight::locate::{
     Answer, FixRequest, HeadingPrior, LocateError, PositionOf, PositionPrior, Reason, locate,
 };
@@ -26,6 +27,7 @@ fn trial() -> FixTrial {
         height_sigma_ratio: 0.03,
         unknown_position: false,
         truth: TruthPoint::Nadir,
+        parts: Parts::ALL,
         threads: 2,
     }
 }

@@ -5,6 +5,7 @@ mod build;
 mod calibrate;
 mod candidates;
 mod command_line;
+mod cross_check;
 mod damaged_frames;
 mod demo;
 mod disturbed;

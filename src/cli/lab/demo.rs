@@ -12,6 +12,7 @@ use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use anyhow::{Context, anyhow};
 use overfly_flight::frame::read_colour_frame;
+use overfly_flight::locate::Parts;
 use overfly_ingest::build;
 use overfly_lab::report::{FlightReport, Mosaic};
 use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, FlyScore, RecordedFlight, TruthPoint, write_fixes};
@@ -129,6 +130,7 @@ fn locate_frames(
         height_sigma_ratio: 0.03,
         unknown_position: false,
         truth: TruthPoint::Nadir,
+        parts: Parts::ALL,
         threads,
     };
     let bar = output.progress(flight.frames.len() as u64, "frames");

@@ -1,5 +1,6 @@
 //! `overfly evaluate`: registration scored against truth.
 
+mod ablation;
 mod cost;
 mod damage;
 mod disturbed;
@@ -7,6 +8,7 @@ mod fixes;
 mod motions;
 mod negatives;
 mod sequences;
+mod trial_args;
 
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
@@ -17,6 +19,8 @@ use crate::cli::output::Output;
 pub enum Evaluate {
     /// Absolute registration: every frame of a flight on its own, from a displaced prior.
     Fixes(Box<fixes::Args>),
+    /// The same frames located without one part of the method after another: what each part brings.
+    Ablation(Box<ablation::Args>),
     /// Absolute registration where every fix is false: the rate of false fixes.
     Negatives(Box<negatives::Args>),
     /// Frames whose files were damaged: refused, or located rightly, but never falsely.
@@ -33,6 +37,7 @@ pub enum Evaluate {
 pub fn run(args: &Evaluate, output: &Output) -> Result<Exit, Failure> {
     match args {
         Evaluate::Fixes(args) => fixes::run(args, output),
+        Evaluate::Ablation(args) => ablation::run(args, output),
         Evaluate::Negatives(args) => negatives::run(args, output),
         Evaluate::Damage(args) => damage::run(args, output),
         Evaluate::Cost(args) => cost::run(args, output),

@@ -51,6 +51,14 @@ impl WindowWeights {
         Self { weights, variance_factor: median(factors).max(LEAST_VARIANCE_FACTOR) }
     }
 
+    /// Equal weights, with the variance that the squares show: the median of them.
+    pub fn measured(squares: &[(Parity, Vec<WindowSurface>)]) -> Self {
+        let windows = squares.first().map_or(0, |(_, surfaces)| surfaces.len());
+        let weights = vec![1.0; windows];
+        let factors = squares.iter().map(|(_, surfaces)| Clutter::new(surfaces).variance_factor(&weights)).collect();
+        Self { variance_factor: median(factors).max(LEAST_VARIANCE_FACTOR), weights }
+    }
+
     /// The mean of the weighted sum by chance.
     pub fn mean(&self) -> f64 {
         self.weights.iter().map(|&w| f64::from(w)).sum()

@@ -1,6 +1,7 @@
 //! `held_vote`: the soft vote of an observation, weighted by what its windows show together on the ground beside.
 
 use super::observation::Observation;
+use super::parts::{Part, Parts};
 use super::refined_place::REFINED_PEAKS;
 use super::tilt_freedom::TiltFreedom;
 use super::window_pass::ENTRY_RADIUS_PX;
@@ -42,6 +43,7 @@ pub fn held_vote(
     observation: &Observation,
     voter_px: usize,
     tilt: Option<&TiltFreedom<'_>>,
+    parts: Parts,
     options: &SoftVoteOptions,
 ) -> Option<SoftVote> {
     let nadir_px = observation.view.grid.nadir_px;
@@ -54,5 +56,7 @@ pub fn held_vote(
     }
     let beside =
         BESIDE.map(|(parity, offset_px)| (parity, observation.surfaces_beside(voter_px, options.radius_px, offset_px)));
-    soft_vote(&windows, &WindowWeights::adapted(&beside), motion.as_ref(), nadir_px, options)
+    let weights =
+        if parts.has(Part::WindowWeights) { WindowWeights::adapted(&beside) } else { WindowWeights::measured(&beside) };
+    soft_vote(&windows, &weights, motion.as_ref(), nadir_px, options)
 }

@@ -7,6 +7,7 @@ use super::coarse_peaks::CoarsePeaks;
 use super::epochs::{LayerAnswer, beside_newer, nearest, searched_layers};
 use super::error::LocateError;
 use super::map::Map;
+use super::parts::Parts;
 use super::prepare::PreparedFrame;
 use super::refine::{RefinedPeaks, refine_peaks};
 use super::refusal::EarlyEnd;
@@ -62,13 +63,38 @@ pub fn locate_cancellable(
     threads: usize,
     cancellation: &CancellationToken,
 ) -> Result<Answer, LocateError> {
+    located(store, frame, request, &Means { threads, parts: Parts::ALL, cancellation })
+}
+
+/// As [`locate`], with only some parts of the method: what an ablation compares.
+///
+/// # Errors
+/// As [`locate`].
+pub fn locate_by_parts(
+    store: &Reader,
+    frame: &Gray,
+    request: &FixRequest,
+    threads: usize,
+    parts: Parts,
+) -> Result<Answer, LocateError> {
+    located(store, frame, request, &Means { threads, parts, cancellation: &CancellationToken::new() })
+}
+
+/// By what a search is made.
+struct Means<'a> {
+    threads: usize,
+    parts: Parts,
+    cancellation: &'a CancellationToken,
+}
+
+fn located(store: &Reader, frame: &Gray, request: &FixRequest, means: &Means<'_>) -> Result<Answer, LocateError> {
     request.check()?;
     let search = |context: &SearchContext<'_>| {
         let registration = register(context, frame)?;
         let places = registration.verified_places(context);
         Ok(LayerAnswer { answer: registration.answer, places, more: () })
     };
-    Ok(over_layers(store, request, threads, cancellation, &search)?.0)
+    Ok(over_layers(store, request, means, &search)?.0)
 }
 
 /// As [`locate`], with a trace of the search of the layer that the answer is from: levels, peaks, windows and decision. The trace
@@ -94,23 +120,23 @@ pub fn locate_traced(
         let places = registration.verified_places(context);
         Ok(LayerAnswer { answer: registration.answer, places, more: trace })
     };
-    over_layers(store, request, threads, &CancellationToken::new(), &search)
+    over_layers(store, request, &Means { threads, parts: Parts::ALL, cancellation: &CancellationToken::new() }, &search)
 }
 
 /// Searches the layers of a request one after the other, until the answer of one stands. Each search counts the false alarms of all.
 fn over_layers<T>(
     store: &Reader,
     request: &FixRequest,
-    threads: usize,
-    cancellation: &CancellationToken,
+    means: &Means<'_>,
     search: &dyn Fn(&SearchContext<'_>) -> Result<LayerAnswer<T>, LocateError>,
 ) -> Result<(Answer, T), LocateError> {
     let searched = searched_layers(store, &request.layer)?;
     let layers = searched.len();
     let (mut answers, mut newer) = (Vec::new(), Vec::new());
     for layer in searched {
+        let Means { threads, parts, cancellation } = *means;
         cancellation.check()?;
-        let context = SearchContext { store, layer, layers, request, threads, cancellation };
+        let context = SearchContext { store, layer, layers, request, threads, parts, cancellation };
         let LayerAnswer { answer, places, more } = search(&context)?;
         let answer = beside_newer(answer, places.first(), &newer);
         newer.extend(places);
@@ -139,7 +165,7 @@ pub fn locate_weighed(
         let places = registration.verified_places(context);
         Ok(LayerAnswer { answer: registration.answer, more: places.first().cloned(), places })
     };
-    over_layers(store, request, threads, &CancellationToken::new(), &search)
+    over_layers(store, request, &Means { threads, parts: Parts::ALL, cancellation: &CancellationToken::new() }, &search)
 }
 
 /// An answer, and the values of the search that led to it.

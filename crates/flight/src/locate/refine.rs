@@ -6,6 +6,7 @@ use super::error::LocateError;
 use super::hard_refine::hard_refine;
 use super::in_parallel::in_parallel;
 use super::map::Map;
+use super::parts::Part;
 use super::prepare::PreparedFrame;
 use super::refined_place::{REFINED_PEAKS, RefinedPlace, Vote};
 use super::search_context::SearchContext;
@@ -77,10 +78,11 @@ fn refine_by_both_votes(
     peak: CoarsePeak,
 ) -> Result<Option<RefinedPlace>, StoreError> {
     let hard = hard_refine(map, prepared, peak)?;
-    if hard.as_ref().is_some_and(|place| place.log10_window_false_alarms < SURE_LOG10_FALSE_ALARMS) {
+    let is_sure = hard.as_ref().is_some_and(|place| place.log10_window_false_alarms < SURE_LOG10_FALSE_ALARMS);
+    if is_sure || !context.parts.has(Part::SoftVote) {
         return Ok(hard);
     }
-    let soft = SoftRefinement { view: &context.request.view, map, prepared, peak }.run()?;
+    let soft = SoftRefinement { view: &context.request.view, parts: context.parts, map, prepared, peak }.run()?;
     Ok(match (hard, soft) {
         (Some(hard), Some(soft)) => Some(better_of(hard, soft)),
         (hard, soft) => hard.or(soft),

@@ -7,6 +7,7 @@ use super::camera_pose::CameraPose;
 use super::held_vote::{BESIDE_PX, ENTRY_VOTER_PX, held_vote};
 use super::map::Map;
 use super::observation::Observation;
+use super::parts::Parts;
 use super::prepare::PreparedFrame;
 use super::window_pass::ENTRY_RADIUS_PX;
 use overfly_core::registration::soft_vote::SoftVoteOptions;
@@ -61,7 +62,7 @@ impl<'a> RivalVotes<'a> {
             max_growth: CHANGE,
             max_turn_rad: CHANGE,
         };
-        let vote = held_vote(&observation, ENTRY_VOTER_PX, None, &options);
+        let vote = held_vote(&observation, ENTRY_VOTER_PX, None, Parts::ALL, &options);
         Ok(vote.map_or(f64::INFINITY, |vote| vote.log10_nfa(1.0)))
     }
 }

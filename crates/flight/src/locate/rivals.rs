@@ -13,6 +13,7 @@ use super::hypotheses::Hypothesis;
 use super::map::Map;
 use super::near_maxima::{NEAR_PX, OWN_PEAK_PX, RIVAL_SHARE, local_maxima, maximum_around, near_maxima};
 use super::observation::Observation;
+use super::parts::Part;
 use super::prepare::PreparedFrame;
 use super::rival_votes::RivalVotes;
 use super::search_context::SearchContext;
@@ -199,7 +200,8 @@ impl RivalSearch<'_> {
                 continue;
             }
             // Votes are costly, so they are held only where they may save the place.
-            if difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE && votes.are_chance(&rival.pose)? {
+            let has_votes = self.context.parts.has(Part::RivalVotes);
+            if has_votes && difference.t_score() >= LEAST_T_SCORE_OVER_CHANCE && votes.are_chance(&rival.pose)? {
                 continue;
             }
             return Ok(with_rival);

@@ -1,6 +1,7 @@
 //! `SearchContext`: what every stage of one registration reads.
 
 use super::cancellation::CancellationToken;
+use super::parts::Parts;
 use super::request::FixRequest;
 use overfly_store::{Layer, Reader};
 
@@ -17,6 +18,8 @@ pub struct SearchContext<'a> {
     pub request: &'a FixRequest,
     /// Threads that the search may use; their number does not change the answer.
     pub threads: usize,
+    /// The parts of the method that are used.
+    pub parts: Parts,
     /// Ends the search early.
     pub cancellation: &'a CancellationToken,
 }

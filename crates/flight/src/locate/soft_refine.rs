@@ -5,6 +5,7 @@ use super::coarse_peaks::CoarsePeak;
 use super::held_vote::{BESIDE_PX, ENTRY_VOTER_PX, PLACES, held_vote};
 use super::map::Map;
 use super::observation::Observation;
+use super::parts::{Part, Parts};
 use super::place_estimate::{pose_with_tilt, tilt_sigma_rad};
 use super::prepare::PreparedFrame;
 use super::refined_place::{RefinedPlace, Vote};
@@ -37,6 +38,8 @@ const HOPELESS_LOG10_FALSE_ALARMS: f64 = 0.0;
 pub struct SoftRefinement<'a> {
     /// The stated view, whose attitude bounds the tilt.
     pub view: &'a View,
+    /// The parts of the method that are used.
+    pub parts: Parts,
     /// The map of the layer.
     pub map: &'a Map<'a>,
     /// The frame.
@@ -73,7 +76,8 @@ impl SoftRefinement<'_> {
 
     /// The place with the tilt that its windows show, as long as the vote then says more.
     fn tilted(&self, mut place: RefinedPlace) -> Result<RefinedPlace, StoreError> {
-        for _ in 0..TILT_ROUNDS {
+        let rounds = if self.parts.has(Part::Tilt) { TILT_ROUNDS } else { 0 };
+        for _ in 0..rounds {
             let Some(pose) = pose_with_tilt(&place, self.view, self.prepared.frame.camera()) else { break };
             let again = self.elected(pose.zoom, pose, true)?;
             let better = again.filter(|again| again.log10_window_false_alarms < place.log10_window_false_alarms);
@@ -126,14 +130,15 @@ impl SoftRefinement<'_> {
         };
         let finer_px = (observation.window_size_px as f64 * FINER_WINDOW_SHARE) as usize;
         let finer_px = finer_px.clamp(FINER_WINDOWS_PX.0, FINER_WINDOWS_PX.1);
-        let (voter_px, size_px) = if is_first { (ENTRY_VOTER_PX, ENTRY_WINDOW_PX) } else { (finer_px, finer_px) };
+        let entry_px = if self.parts.has(Part::SmallWindows) { ENTRY_VOTER_PX } else { ENTRY_WINDOW_PX };
+        let (voter_px, size_px) = if is_first { (entry_px, ENTRY_WINDOW_PX) } else { (finer_px, finer_px) };
         let observation = Observation { window_size_px: size_px, ..observation };
         let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
         let options =
             SoftVoteOptions { radius_px: pass.radius_px, max_shift_px: pass.radius_px, max_growth, max_turn_rad };
-        let tilt = tilt_sigma_rad(self.view).filter(|_| is_first);
+        let tilt = tilt_sigma_rad(self.view).filter(|_| is_first && self.parts.has(Part::Tilt));
         let tilt = tilt.map(|sigma_rad| TiltFreedom { pose: start, camera: self.prepared.frame.camera(), sigma_rad });
-        let vote = held_vote(&observation, voter_px, tilt.as_ref(), &options);
+        let vote = held_vote(&observation, voter_px, tilt.as_ref(), self.parts, &options);
         Ok(vote.map(|vote| HeldVote { start, pass, observation, vote, options }))
     }
 }

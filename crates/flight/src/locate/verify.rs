@@ -7,6 +7,7 @@ use super::map::Map;
 use super::measured_place::{Doubts, MeasuredPlace};
 use super::near_maxima::near_maxima;
 use super::observation::Observation;
+use super::parts::Part;
 use super::place_estimate::TiltFound;
 use super::prepare::PreparedFrame;
 use super::refined_place::{RefinedPlace, Vote};
@@ -205,7 +206,9 @@ impl Verifier<'_> {
             return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
         }
         let is_minority = 2 * best.refined.fit.inliers.len() < best.refined.matches.len();
-        if (best.refined.vote == Vote::Soft || is_minority) && best.peak_z_score < LEAST_SOFT_Z_SCORE {
+        let needs_whole_view =
+            self.context.parts.has(Part::WholeView) && (best.refined.vote == Vote::Soft || is_minority);
+        if needs_whole_view && best.peak_z_score < LEAST_SOFT_Z_SCORE {
             let detail = format!(
                 "the correlation peak of the whole view has a z-score of {:.1}; where windows agree only together, or fewer than half of them, it must have {LEAST_SOFT_Z_SCORE}",
                 best.peak_z_score
@@ -231,6 +234,9 @@ impl Verifier<'_> {
         best: &VerifiedPlace,
         second: &VerifiedPlace,
     ) -> Result<Option<Matrix2<f64>>, StoreError> {
+        if !self.context.parts.has(Part::NearRivals) {
+            return Ok(None);
+        }
         let Some(own) = self.measured(best)? else { return Ok(None) };
         let Some(other) = self.measured(second)? else { return Ok(None) };
         let offset = LocalFrame::at(own.image_centre).enu_from_geodetic(other.image_centre);
@@ -265,8 +271,8 @@ impl Verifier<'_> {
     /// `None` where it can.
     fn compared(&self, best: &mut VerifiedPlace, coarse: &CoarsePeaks) -> Result<Option<Refusal>, LocateError> {
         let search = RivalSearch { context: self.context, map: self.map, prepared: self.prepared };
-        let own =
-            self.measured(best)?.map_or(EnuCovariance::from_sigma_m(0.0), |measured| measured.covariances.image_centre);
+        let measured = if self.context.parts.has(Part::NearRivals) { self.measured(best)? } else { None };
+        let own = measured.map_or(EnuCovariance::from_sigma_m(0.0), |measured| measured.covariances.image_centre);
         let report = search.compare(&best.refined.pose, own, &best.near_rivals_px, best.peak_z_score, coarse)?;
         best.rivals = Some(report);
         Ok(report.ambiguity().map(|rival| {

@@ -66,6 +66,9 @@ struct Args {
     /// State pitch and roll in flight.csv, and the lens in camera.toml; else both are 0 there.
     #[arg(long)]
     state_attitude: bool,
+    /// Standard deviation of the pitch and of the roll that --state-attitude states, degrees.
+    #[arg(long, default_value_t = 0.0, requires = "state_attitude")]
+    attitude_noise_deg: f64,
     /// The true columns of flight.csv hold the nadir and not the ground under the image's centre.
     #[arg(long)]
     nadir_truth: bool,

@@ -120,13 +120,24 @@ fn sun(azimuth_deg: f64, elevation_deg: f64) -> Sun {
     Sun { azimuth_deg, elevation_deg }
 }
 
+/// From this angle off nadir on, the corner of a frame reaches much farther than the sum of what tilt and lens do alone.
+const OBLIQUE_DEG: f64 = 20.0;
+/// Rays that lean more may leave the world.
+const MOST_LEAN_RAD: f64 = 1.3;
+
 /// How far the nadir stays from the edge: the greatest height times what a ray of a corner leans, and the reach of a prior, metres. `usual`
 /// is the greatest height, metres, and angle off nadir, degrees; `corner`: half the frame's diagonal over the focal length.
 fn margin_m(args: &Args, usual: [f64; 2], corner: f64, prior_m: f64) -> f64 {
     let height_m = args.height_m.map_or(usual[0], |range| range.0[1]);
     let tilt_deg = args.tilt_deg.map_or(usual[1], |range| range.0[1]);
     // Two degrees of wobble.
-    height_m * ((tilt_deg + 2.0).to_radians().tan() + corner) + prior_m
+    let lean_rad = (tilt_deg + 2.0).to_radians();
+    let reach = if tilt_deg > OBLIQUE_DEG {
+        (lean_rad + corner.atan()).min(MOST_LEAN_RAD).tan()
+    } else {
+        lean_rad.tan() + corner
+    };
+    height_m * reach + prior_m
 }
 
 fn map_warp(args: &Args, common_m: f64, local_m: f64, wavelength_m: f64) -> MapWarp {
@@ -193,7 +204,7 @@ fn town_preset(args: &Args) -> Preset {
             shutter_s: 0.008,
             readout_s: 0.03,
             quality: 88,
-            is_tilt_stated: args.state_attitude,
+            stated_attitude_sigma_deg: args.state_attitude.then_some(args.attitude_noise_deg),
             is_lens_stated: args.state_attitude,
             heading_sigma_deg: 2.0,
             height_sigma_ratio: 0.02,
@@ -254,7 +265,7 @@ fn mountains_preset(args: &Args) -> Preset {
             shutter_s: 0.004,
             readout_s: 0.0,
             quality: 90,
-            is_tilt_stated: args.state_attitude,
+            stated_attitude_sigma_deg: args.state_attitude.then_some(args.attitude_noise_deg),
             is_lens_stated: true,
             heading_sigma_deg: 1.0,
             height_sigma_ratio: 0.01,
@@ -299,7 +310,7 @@ fn lakes_preset(args: &Args) -> Preset {
             shutter_s: 0.004,
             readout_s: 0.0,
             quality: 92,
-            is_tilt_stated: args.state_attitude,
+            stated_attitude_sigma_deg: args.state_attitude.then_some(args.attitude_noise_deg),
             is_lens_stated: true,
             heading_sigma_deg: 1.0,
             height_sigma_ratio: 0.01,

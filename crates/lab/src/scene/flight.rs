@@ -41,8 +41,8 @@ pub struct FlightPlan {
     pub readout_s: f64,
     /// Quality of the JPEGs, 1 to 100.
     pub quality: u8,
-    /// Whether `flight.csv` states pitch and roll; else they are 0 there.
-    pub is_tilt_stated: bool,
+    /// Standard deviation of the pitch and roll that `flight.csv` states, degrees; `None`: they are 0 there.
+    pub stated_attitude_sigma_deg: Option<f64>,
     /// Whether `camera.toml` states the distortion; else it is 0 there.
     pub is_lens_stated: bool,
     /// Standard deviation of the stated heading, degrees.
@@ -141,7 +141,10 @@ impl FlightPlan {
         let said_height_m = truth.height_agl_m * (1.0 + self.height_sigma_ratio * normal(rng));
         let said_heading_deg = (pose.heading_rad.to_degrees() + self.heading_sigma_deg * normal(rng)).rem_euclid(360.0);
         let tilt_deg = [pose.pitch_rad, pose.roll_rad].map(f64::to_degrees);
-        let said_tilt_deg = if self.is_tilt_stated { tilt_deg } else { [0.0; 2] };
+        let said_tilt_deg = match self.stated_attitude_sigma_deg {
+            Some(sigma_deg) => tilt_deg.map(|deg| deg + sigma_deg * normal(rng)),
+            None => [0.0; 2],
+        };
         let true_deg = match self.true_columns {
             TrueColumns::Nadir => truth.nadir_deg,
             TrueColumns::Centre => truth.centre_deg,

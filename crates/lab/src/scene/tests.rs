@@ -197,7 +197,7 @@ fn small_flight() -> FlightPlan {
         shutter_s: 0.01,
         readout_s: 0.03,
         quality: 85,
-        is_tilt_stated: false,
+        stated_attitude_sigma_deg: None,
         is_lens_stated: true,
         heading_sigma_deg: 1.0,
         height_sigma_ratio: 0.01,

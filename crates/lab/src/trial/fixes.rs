@@ -5,7 +5,7 @@ use super::error::TrialError;
 use super::recorded_flight::{RecordedFlight, RecordedFrame};
 use overfly_core::geodesy::{Enu, EnuCovariance, Geodetic, LocalFrame};
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, Fix, FixRequest, HeadingPrior, PositionPrior, locate};
+use overfly_flight::locate::{Answer, Fix, FixRequest, HeadingPrior, Parts, PositionPrior, locate_by_parts};
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -29,6 +29,8 @@ pub struct FixTrial {
     pub unknown_position: bool,
     /// The point of the ground that the flight's truth is.
     pub truth: TruthPoint,
+    /// The parts of the method that are used.
+    pub parts: Parts,
     /// Threads of each search. Frames are located one after another, so that times are meaningful.
     pub threads: usize,
 }
@@ -135,7 +137,7 @@ impl FixTrial {
         let prior = self.displaced(truth, index);
         let request = self.request(flight, frame, prior);
         let asked = Instant::now();
-        let answer = locate(store, pixels, &request, self.threads)
+        let answer = locate_by_parts(store, pixels, &request, self.threads, self.parts)
             .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
             .for_original(*reduction);
         let elapsed_ms = milliseconds(asked);
@@ -191,6 +193,7 @@ mod tests {
             height_sigma_ratio: 0.03,
             unknown_position: false,
             truth: TruthPoint::Nadir,
+            parts: Parts::ALL,
             threads: 1,
         }
     }

@@ -8,6 +8,7 @@ use crate::cli::lab::over_store::FlightOverStore;
 use crate::cli::number::positive_metres;
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
+use overfly_flight::locate::Parts;
 use overfly_lab::trial::{
     DamageOutcome, DamageResult, DamageScore, DamageTrial, FileChange, FixTrial, FrameFormat, TruthPoint, write_damage,
 };
@@ -92,6 +93,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         height_sigma_ratio: 0.03,
         unknown_position: false,
         truth: TruthPoint::Nadir,
+        parts: Parts::ALL,
         threads: 1,
     };
     let trial = DamageTrial {

@@ -1,18 +1,15 @@
 //! `overfly evaluate fixes`: absolute registration scored against truth.
 
 use super::disturbed::{self, DisturbanceKinds};
+use super::trial_args::{Opened, TrialArgs};
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
-use crate::cli::lab::fix_score::{default_right_m, fix_text};
-use crate::cli::lab::over_store::FlightOverStore;
-use crate::cli::number::{positive, positive_metres};
+use crate::cli::lab::fix_score::fix_text;
 use crate::cli::output::Output;
-use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
-use overfly_lab::trial::{FixOutcome, FixScore, FixTrial, TruthPoint, write_fixes};
+use overfly_lab::trial::{FixOutcome, FixScore, write_fixes};
 use serde::Serialize;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 const HELP: &str = "\
@@ -35,61 +32,16 @@ Example:
 #[command(after_help = HELP)]
 pub struct Args {
     #[command(flatten)]
-    over: FlightOverStore,
-    /// The prior is displaced by a uniform error of at most this per axis, metres.
-    #[arg(long, value_name = "M", value_parser = positive_metres, default_value_t = 500.0)]
-    prior_error_m: f64,
-    /// Seed of the displacements: equal seeds give equal priors.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
-    #[arg(long, value_name = "M", value_parser = positive_metres)]
-    right_m: Option<f64>,
-    /// One standard deviation of the heading prior, degrees.
-    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
-    heading_sigma_deg: f64,
-    /// One standard deviation of the height, as a ratio.
-    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
-    height_sigma_ratio: f64,
-    /// Search without a heading prior.
-    #[arg(long)]
-    unknown_heading: bool,
-    /// Search without a position prior: over the whole layer.
-    #[arg(long)]
-    unknown_position: bool,
-    /// The point of the ground that the true columns are, and at which fixes are judged.
-    #[arg(long, value_enum, default_value_t = TruthArg::Nadir)]
-    truth: TruthArg,
+    trial: TrialArgs,
     /// Locate disturbed frames instead, and score them by kind: `all`, or kinds separated by commas.
     #[arg(long, value_name = "KIND,...", conflicts_with = "truth")]
     disturb: Option<DisturbanceKinds>,
     /// Frames of each kind of disturbance.
     #[arg(long, value_name = "N", default_value_t = 100, requires = "disturb")]
     disturb_frames: usize,
-    /// Threads of each search; with --disturb, frames at a time.
-    #[arg(long, value_name = "N", default_value_t = default_threads())]
-    threads: NonZeroUsize,
     /// Write fixes.csv here: one row per frame, from which the score can be recomputed.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-}
-
-/// `--truth`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum TruthArg {
-    /// Straight below the camera.
-    Nadir,
-    /// Under the image's centre.
-    Centre,
-}
-
-impl From<TruthArg> for TruthPoint {
-    fn from(point: TruthArg) -> Self {
-        match point {
-            TruthArg::Nadir => Self::Nadir,
-            TruthArg::Centre => Self::Centre,
-        }
-    }
 }
 
 /// One frame as a JSON line.
@@ -105,22 +57,7 @@ struct FrameLine<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (flight, store) = args.over.open(output)?;
-    let layer = args.over.layer(&store)?;
-    let right_m = match args.right_m {
-        Some(right_m) => right_m,
-        None => default_right_m(&store, layer)?,
-    };
-    let trial = FixTrial {
-        layer: layer.name.clone(),
-        prior_error_m: args.prior_error_m,
-        seed: args.seed,
-        heading_sigma_deg: (!args.unknown_heading).then_some(args.heading_sigma_deg),
-        height_sigma_ratio: args.height_sigma_ratio,
-        unknown_position: args.unknown_position,
-        truth: args.truth.into(),
-        threads: args.threads.get(),
-    };
+    let Opened { flight, store, trial, right_m } = args.trial.open(output)?;
     args.out.as_deref().map_or(Ok(()), make_folder)?;
     if let Some(kinds) = &args.disturb {
         let judged = (right_m, args.out.as_deref());
@@ -138,7 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if let Some(folder) = &args.out {
         output.note(&format!("wrote {}", write_fixes(folder, &outcomes)?.display()));
     }
-    let score = FixScore::from_outcomes(&outcomes, right_m, args.threads.get());
+    let score = FixScore::from_outcomes(&outcomes, right_m, trial.threads);
     output.say(&score, || fix_text(&score));
     Ok(Exit::Done)
 }
