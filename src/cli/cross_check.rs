@@ -22,14 +22,14 @@ struct PairInfo {
     layer: String,
     against: String,
     zoom: u8,
-    tiles: usize,
+    patches: usize,
     found: usize,
-    /// Where the first layer puts a thing, less where the second does, metres: the median of the tiles. `null` where too few were found.
+    /// Where the first layer puts a thing, less where the second does, metres: the median of the patches. `null` where too few were found.
     east_m: Option<f64>,
     north_m: Option<f64>,
     /// One standard deviation per axis around it, metres.
     scatter_m: Option<f64>,
-    /// The farthest tile, metres.
+    /// The farthest patch, metres.
     farthest_m: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ impl CrossCheckInfo {
     /// Compares the layers of a store.
     pub fn new(store: &Reader, output: &Output) -> Result<Self, Failure> {
         let threads = default_threads().get();
-        let check = output.during("tiles", |report| CrossCheck::new(store, threads, report))?;
+        let check = output.during("patches", |report| CrossCheck::new(store, threads, report))?;
         let offsets = check.layers.into_iter().map(|offset| OffsetInfo::new(store, offset));
         let layers = offsets.collect::<Result<_, StoreError>>()?;
         Ok(Self { pairs: check.pairs.into_iter().map(PairInfo::from_pair).collect(), layers })
@@ -62,21 +62,21 @@ impl CrossCheckInfo {
     /// The comparison as text.
     pub fn describe(&self) -> String {
         if self.pairs.is_empty() {
-            return "\ncross-check: no two layers have whole tiles of one level in common. To measure the error of a map, build another maker's map of the same ground into a layer of the same store: `overfly build --layer NAME`\n".into();
+            return "\ncross-check: no two layers have enough ground of one level in common. To measure the error of a map, build another maker's map of the same ground into a layer of the same store: `overfly build --layer NAME`\n".into();
         }
         let width = self.layers.iter().map(|layer| layer.layer.chars().count()).fold(7, usize::max);
         let metres = |value: Option<f64>| value.map_or_else(|| "unknown".into(), |value| format!("{value:.2}"));
-        let mut text = "\ncross-check: tiles of a layer located on another. east_m, north_m: where the first puts a thing less where the second does\n".to_owned();
+        let mut text = "\ncross-check: patches of a layer located on another. east_m, north_m: where the first puts a thing less where the second does\n".to_owned();
         text.push_str(&format!(
-            "  {:<width$}  {:<width$}  zoom  tiles  found   east_m  north_m  scatter_m  farthest_m\n",
+            "  {:<width$}  {:<width$}  zoom  patches  found   east_m  north_m  scatter_m  farthest_m\n",
             "layer", "against"
         ));
         for pair in &self.pairs {
-            let PairInfo { layer, against, zoom, tiles, found, .. } = pair;
+            let PairInfo { layer, against, zoom, patches, found, .. } = pair;
             let [east, north, scatter, farthest] =
                 [pair.east_m, pair.north_m, pair.scatter_m, pair.farthest_m].map(metres);
             text.push_str(&format!(
-                "  {layer:<width$}  {against:<width$}  {zoom:>4}  {tiles:>5}  {found:>5}  {east:>7}  {north:>7}  {scatter:>9}  {farthest:>10}\n"
+                "  {layer:<width$}  {against:<width$}  {zoom:>4}  {patches:>7}  {found:>5}  {east:>7}  {north:>7}  {scatter:>9}  {farthest:>10}\n"
             ));
         }
         text.push_str("\n  off the position on which most layers agree (of two layers: half the shift between them)\n");
@@ -109,7 +109,7 @@ impl PairInfo {
             layer,
             against,
             zoom: pair.zoom,
-            tiles: pair.compared,
+            patches: pair.compared,
             found: pair.found,
             east_m: pair.shift.map(|shift| shift.median.east_m),
             north_m: pair.shift.map(|shift| shift.median.north_m),

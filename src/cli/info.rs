@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// The store.
     file: PathBuf,
-    /// Compare the layers with each other: locate up to 40 tiles of each on up to 6 others, and say how far they lie apart and what error
+    /// Compare the layers with each other: locate up to 40 patches of each on up to 6 others, and say how far they lie apart and what error
     /// that speaks for. Takes seconds to minutes
     #[arg(long)]
     cross_check: bool,

@@ -30,6 +30,32 @@ impl Reader {
         self.ground.structures.get(key, || self.describe(layer, zoom, column, row))
     }
 
+    /// Returns brightness and mask of a window of a level, whose corner is a pixel of the world at `zoom`; columns may run past the
+    /// antimeridian. The mask says where the layer has pixels.
+    ///
+    /// # Errors
+    /// Where the layer is unfinished or a tile is damaged.
+    pub fn gray_window(
+        &self,
+        layer: &Layer,
+        zoom: u8,
+        corner_px: [i64; 2],
+        size_px: [usize; 2],
+    ) -> Result<(Gray, Mask), StoreError> {
+        let mut window = (Gray::filled(size_px[0], size_px[1], 0.0), Mask::filled(size_px[0], size_px[1], false));
+        let tiles = |axis: usize| {
+            corner_px[axis].div_euclid(SIZE_PX)..=(corner_px[axis] + size_px[axis] as i64 - 1).div_euclid(SIZE_PX)
+        };
+        for row in tiles(1) {
+            for column in tiles(0) {
+                if let Some(tile) = self.gray(layer, zoom, column, row)? {
+                    paste(&tile, [column * SIZE_PX - corner_px[0], row * SIZE_PX - corner_px[1]], &mut window);
+                }
+            }
+        }
+        Ok(window)
+    }
+
     fn describe(&self, layer: &Layer, zoom: u8, column: i64, row: i64) -> Result<Option<Structure>, StoreError> {
         if self.gray(layer, zoom, column, row)?.is_none() {
             return Ok(None);

@@ -9,7 +9,7 @@
 //! Reed, Mallett, Brennan, Rapid convergence rate in adaptive arrays, IEEE Trans. AES 10, 1974; Carlson, Covariance matrix estimation
 //! errors and diagonal loading, IEEE Trans. AES 24, 1988.
 
-use super::rank_score::{MEAN_RANK_SCORE, RankScorer};
+use super::ranked_windows::RankedWindows;
 use super::windows::WindowSurface;
 
 /// Added to the diagonal of the covariance, in units of the variance of one window (1). From 1.3 to 6 the evidence at right places
@@ -87,13 +87,7 @@ struct Clutter {
 
 impl Clutter {
     fn new(surfaces: &[WindowSurface]) -> Self {
-        let mut scorer = RankScorer::default();
-        let centred = |surface: &WindowSurface| {
-            let mut scores = scorer.scores(&surface.scores);
-            scores.iter_mut().for_each(|score| *score -= MEAN_RANK_SCORE);
-            scores
-        };
-        Self { windows: surfaces.iter().map(centred).collect() }
+        Self { windows: RankedWindows::new(surfaces).scores }
     }
 
     fn places(&self) -> usize {

@@ -17,6 +17,7 @@ pub mod paired_comparison;
 pub mod peak_z_score;
 mod products;
 mod rank_score;
+pub mod ranked_windows;
 pub mod relative;
 pub mod resection;
 pub mod robust;

@@ -13,9 +13,9 @@
 
 use super::a_contrario::log10_gamma_tail;
 use super::clutter::WindowWeights;
-use super::rank_score::{MEAN_RANK_SCORE, RankScorer};
+use super::rank_score::MEAN_RANK_SCORE;
+use super::ranked_windows::RankedWindows;
 use super::similarity::Similarity;
-use super::windows::WindowSurface;
 use crate::simd::dispatch;
 use nalgebra::{Matrix2, Vector2};
 
@@ -74,31 +74,6 @@ impl SoftVote {
     pub fn log10_nfa(&self, places: f64) -> f64 {
         let tests = self.compared.max(1.0).log10() + places.max(1.0).log10();
         log10_gamma_tail(self.independent_windows, self.sum_ratio * self.independent_windows) + tests
-    }
-}
-
-/// The windows of a view with their rank scores: several votes may be held on them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RankedWindows {
-    /// Of each window, pixels of the view.
-    pub centres_px: Vec<Vector2<f64>>,
-    /// Of each window, row by row, less their mean by chance.
-    scores: Vec<Vec<f32>>,
-}
-
-impl RankedWindows {
-    /// Ranks the surfaces of the windows, which must cover every displacement of at most the vote's radius on each axis, row by row.
-    pub fn new(surfaces: &[WindowSurface]) -> Self {
-        let mut scorer = RankScorer::default();
-        let centred = |surface: &WindowSurface| {
-            let mut scores = scorer.scores(&surface.scores);
-            scores.iter_mut().for_each(|score| *score -= MEAN_RANK_SCORE);
-            scores
-        };
-        Self {
-            scores: surfaces.iter().map(centred).collect(),
-            centres_px: surfaces.iter().map(|surface| surface.centre_px.into()).collect(),
-        }
     }
 }
 
@@ -411,6 +386,7 @@ const FIRST_TILT_AXIS: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::super::robust::Xorshift;
+    use super::super::windows::WindowSurface;
     use super::*;
 
     /// About the middle of the windows, under a camera 60 px above the ground.

@@ -1,8 +1,8 @@
-//! `CrossCheck`: how far the layers of a store lie off each other, measured by locating tiles of one layer on another.
+//! `CrossCheck`: how far the layers of a store lie off each other, measured by locating patches of one layer on another.
 //!
 //! Two maps of one place, made by different people, show where each of them errs: nothing else in a store does. The program locates
-//! tiles with the same search and the same bound on false fixes as it locates frames. The shift between two layers is the median over
-//! tiles, its scatter the median absolute deviation; what a layer is off by itself is its distance from the position on which most
+//! patches with the same search and the same bound on false fixes as it locates frames. The shift between two layers is the median over
+//! patches, its scatter the median absolute deviation; what a layer is off by itself is its distance from the position on which most
 //! layers agree.
 
 mod consensus;
@@ -37,7 +37,7 @@ pub struct LayerOffset {
     /// How many others it was measured against.
     pub others: usize,
     /// From the position on which most layers agree; of two layers, half the shift between them. `None` where no other layer has ground in
-    /// common on which tiles were found.
+    /// common on which patches were found.
     pub offset: Option<Enu>,
     /// Standard deviation per axis of what varies from place to place, metres: half the variance within a pair, the median over its pairs.
     /// What the measurement adds is in it.
@@ -54,19 +54,19 @@ impl LayerOffset {
 }
 
 impl CrossCheck {
-    /// Compares the finished layers of a store. `report` is told how many tiles of how many are done.
+    /// Compares the finished layers of a store. `report` is told how many patches of how many are done.
     ///
     /// # Errors
-    /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
+    /// [`LocateError::Store`] where a tile cannot be read.
     pub fn new(store: &Reader, threads: usize, report: &dyn Fn(u64, u64)) -> Result<Self, LocateError> {
         let layers: Vec<&Layer> = store.finished_layers().collect();
         let couples = couples(layers.len());
         let mut pairs = Vec::new();
         for (done, &(a, b)) in couples.iter().enumerate() {
-            let tiles = |done_tiles: usize| {
-                report((done * pair::TILES + done_tiles) as u64, (couples.len() * pair::TILES) as u64);
+            let patches = |done_patches: usize| {
+                report((done * pair::PATCHES + done_patches) as u64, (couples.len() * pair::PATCHES) as u64);
             };
-            let pair = LayerPair::new(store, [layers[a], layers[b]], threads, &tiles)?;
+            let pair = LayerPair::new(store, [layers[a], layers[b]], threads, &patches)?;
             pairs.extend(pair.filter(|pair| pair.compared > 0).map(|pair| (a, b, pair)));
         }
         let edges: Vec<_> = pairs.iter().filter_map(|(a, b, pair)| Some((*a, *b, pair.shift?.median))).collect();

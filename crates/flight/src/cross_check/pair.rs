@@ -3,15 +3,23 @@
 use crate::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
 use overfly_core::camera::View;
 use overfly_core::geodesy::{Enu, LocalFrame};
-use overfly_core::pixels::Gray;
-use overfly_core::tile::TileId;
-use overfly_store::{Footprint, Layer, Reader, StoreError};
+use overfly_core::tile::{TILE_SIZE_PX, WorldPixel, gsd_at};
+use overfly_store::{Layer, Reader, StoreError};
 
-/// Tiles of a pair that are located.
-pub const TILES: usize = 40;
-/// Fewer tiles found measure no shift.
+/// Patches of a pair that are located.
+pub const PATCHES: usize = 40;
+/// Edge of a patch, pixels. Its middle is that of a cell of a tile.
+const PATCH_PX: usize = 192;
+const CELL_PX: usize = 128;
+/// Cells along the edge of a tile.
+const PER_TILE: usize = TILE_SIZE_PX as usize / CELL_PX;
+/// Places at which a patch is tried.
+const TRIES: usize = 400;
+/// The golden ratio less one: its multiples fill the unit interval evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Fewer patches found measure no shift.
 const LEAST_FOUND: usize = 5;
-/// The other layer is searched around the tile's place under this standard deviation, pixels of the tile, and at least metres.
+/// The other layer is searched around the patch's place under this standard deviation, pixels, and at least metres.
 const SIGMA_PX: f64 = 12.0;
 const LEAST_SIGMA_M: f64 = 10.0;
 /// Both layers have one scale and one north, but for what their makers got wrong.
@@ -25,9 +33,9 @@ const SIGMA_OF_MAD: f64 = 1.4826;
 pub struct LayerPair {
     /// The layers' names.
     pub layers: [String; 2],
-    /// The level of the tiles.
+    /// The level of the patches.
     pub zoom: u8,
-    /// Tiles of the first layer that were located on the second.
+    /// Patches of the first layer that were located on the second.
     pub compared: usize,
     /// Of these: found.
     pub found: usize,
@@ -38,19 +46,19 @@ pub struct LayerPair {
 /// How far the first layer of a pair lies off the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairShift {
-    /// Where the first layer puts a thing, less where the second puts it: the median over the tiles.
+    /// Where the first layer puts a thing, less where the second puts it: the median over the patches.
     pub median: Enu,
-    /// Standard deviation per axis of the tiles around the median, metres, from the median absolute deviation.
+    /// Standard deviation per axis of the patches around the median, metres, from the median absolute deviation.
     pub scatter_m: f64,
-    /// The farthest tile from the median, metres.
+    /// The farthest patch from the median, metres.
     pub farthest_m: f64,
 }
 
 impl LayerPair {
-    /// Locates tiles of the first layer on the second, at the finer level that both have. `None` where they have no level in common.
+    /// Locates patches of the first layer on the second, at the finer level that both have. `None` where they have no level in common.
     ///
     /// # Errors
-    /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
+    /// [`LocateError::Store`] where a tile cannot be read.
     pub fn new(
         store: &Reader,
         [a, b]: [&Layer; 2],
@@ -61,15 +69,15 @@ impl LayerPair {
         if zoom < a.min_zoom.max(b.min_zoom) {
             return Ok(None);
         }
-        let tiles = common_tiles(store, [a, b], zoom)?;
+        let patches = common_patches(store, [a, b], zoom)?;
         let mut shifts = Vec::new();
-        for (done, tile) in tiles.iter().enumerate() {
+        for (done, corner_px) in patches.iter().enumerate() {
             report(done);
-            shifts.extend(tile_shift(store, *tile, [a, b], threads)?);
+            shifts.extend(patch_shift(store, zoom, *corner_px, [a, b], threads)?);
         }
-        report(TILES);
+        report(PATCHES);
         let layers = [a, b].map(|layer| layer.name.clone());
-        Ok(Some(Self { layers, zoom, compared: tiles.len(), found: shifts.len(), shift: PairShift::new(&shifts) }))
+        Ok(Some(Self { layers, zoom, compared: patches.len(), found: shifts.len(), shift: PairShift::new(&shifts) }))
     }
 }
 
@@ -87,24 +95,47 @@ impl PairShift {
     }
 }
 
-/// Tiles of which both layers have all pixels, evenly spread over those of the first.
-fn common_tiles(store: &Reader, [a, b]: [&Layer; 2], zoom: u8) -> Result<Vec<TileId>, StoreError> {
-    let is_whole = |footprint: &Footprint| footprint.valid_fraction >= 1.0;
-    let whole: Vec<_> = store.footprints(a, zoom)?.into_iter().filter(is_whole).collect();
+/// Corners of patches, pixels of the world, of which both layers have all pixels: evenly spread over the first layer, whatever its shape.
+fn common_patches(store: &Reader, [a, b]: [&Layer; 2], zoom: u8) -> Result<Vec<[i64; 2]>, StoreError> {
+    let tiles: Vec<_> = store.footprints(a, zoom)?.into_iter().map(|footprint| footprint.tile).collect();
+    let cells = PER_TILE * PER_TILE * tiles.len();
     let mut common = Vec::new();
-    for footprint in &whole {
-        let other = store.footprint(b, footprint.tile)?;
-        common.extend(other.filter(is_whole).map(|other| other.tile));
+    for i in 0..(2 * cells).min(TRIES) {
+        let cell = ((i as f64 * GOLDEN).fract() * cells as f64) as usize;
+        let (tile, cell) = (tiles[cell / PER_TILE.pow(2)], cell % PER_TILE.pow(2));
+        let corner = |tile: u32, cell: usize| {
+            let middle = (tile as usize * PER_TILE + cell) * CELL_PX + CELL_PX / 2;
+            middle as i64 - PATCH_PX as i64 / 2
+        };
+        let corner_px = [corner(tile.column(), cell % PER_TILE), corner(tile.row(), cell / PER_TILE)];
+        if common.contains(&corner_px) {
+            continue;
+        }
+        let is_whole = |layer: &Layer| -> Result<bool, StoreError> {
+            Ok(store.gray_window(layer, zoom, corner_px, [PATCH_PX; 2])?.1.is_full())
+        };
+        if is_whole(a)? && is_whole(b)? {
+            common.push(corner_px);
+        }
+        if common.len() == PATCHES {
+            break;
+        }
     }
-    let wanted = common.len().min(TILES);
-    Ok((0..wanted).map(|i| common[(2 * i + 1) * common.len() / (2 * wanted)]).collect())
+    Ok(common)
 }
 
-/// Where the first layer shows the ground of a tile, less where the second does; `None` where the tile is not found.
-fn tile_shift(store: &Reader, tile: TileId, [a, b]: [&Layer; 2], threads: usize) -> Result<Option<Enu>, LocateError> {
-    let Some(pixels) = store.tile(a, tile)? else { return Ok(None) };
-    let frame: Gray = pixels.colour.to_gray();
-    let (centre, gsd_m_per_px) = (tile.centre(), tile.gsd().mean_m_per_px());
+/// Where the first layer shows the ground of a patch, less where the second does; `None` where the patch is not found.
+fn patch_shift(
+    store: &Reader,
+    zoom: u8,
+    corner_px: [i64; 2],
+    [a, b]: [&Layer; 2],
+    threads: usize,
+) -> Result<Option<Enu>, LocateError> {
+    let (frame, _) = store.gray_window(a, zoom, corner_px, [PATCH_PX; 2])?;
+    let [x_px, y_px] = corner_px.map(|corner| corner as f64 + PATCH_PX as f64 / 2.0);
+    let Ok(centre) = (WorldPixel { x_px, y_px }).to_geodetic(zoom) else { return Ok(None) };
+    let gsd_m_per_px = gsd_at(centre, zoom).mean_m_per_px();
     let sigma_m = (SIGMA_PX * gsd_m_per_px).max(LEAST_SIGMA_M);
     let request = FixRequest {
         layer: b.name.clone(),
@@ -114,8 +145,7 @@ fn tile_shift(store: &Reader, tile: TileId, [a, b]: [&Layer; 2], threads: usize)
         scale_sigma_ratio: SCALE_SIGMA_RATIO,
         time_s: None,
     };
-    let answer = locate(store, &frame, &request, threads)?;
-    let Answer::Fix(fix) = answer else { return Ok(None) };
+    let Answer::Fix(fix) = locate(store, &frame, &request, threads)? else { return Ok(None) };
     let on_other = LocalFrame::at(centre).enu_from_geodetic(fix.image_centre);
     Ok(Some(Enu { east_m: -on_other.east_m, north_m: -on_other.north_m }))
 }
@@ -132,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shift_is_the_median_and_one_tile_in_five_moves_nothing() {
+    fn the_shift_is_the_median_and_one_patch_in_five_moves_nothing() {
         let mut shifts: Vec<_> =
             (0..20).map(|i| Enu { east_m: 2.0 + 0.1 * f64::from(i % 5 - 2), north_m: -1.0 }).collect();
         shifts.extend((0..4).map(|i| Enu { east_m: 90.0 * f64::from(i), north_m: 70.0 }));

@@ -6,7 +6,8 @@ use super::refined_place::REFINED_PEAKS;
 use super::tilt_freedom::TiltFreedom;
 use super::window_pass::ENTRY_RADIUS_PX;
 use overfly_core::registration::clutter::{Parity, WindowWeights};
-use overfly_core::registration::soft_vote::{RankedWindows, SoftVote, SoftVoteOptions, soft_vote};
+use overfly_core::registration::ranked_windows::RankedWindows;
+use overfly_core::registration::soft_vote::{SoftVote, SoftVoteOptions, soft_vote};
 
 /// Distance of the search squares in which the variance of the vote is measured, pixels: they touch the one that is searched.
 pub const BESIDE_PX: isize = 2 * ENTRY_RADIUS_PX as isize + 1;

@@ -18,7 +18,7 @@ use overfly_store::StoreError;
 pub struct RefinedPeaks(Vec<(CameraPose, Option<RefinedPlace>)>);
 
 impl RefinedPeaks {
-    fn of(&self, peak: &CoarsePeak) -> Option<&Option<RefinedPlace>> {
+    fn known(&self, peak: &CoarsePeak) -> Option<&Option<RefinedPlace>> {
         self.0.iter().find(|(pose, _)| *pose == peak.pose).map(|(_, refined)| refined)
     }
 }
@@ -30,7 +30,7 @@ const MEASURED_LOG10_FALSE_ALARMS: f64 = -1.0;
 /// A peak of at least this share of the highest is a rival, whatever the windows say.
 const RIVAL_SHARE: f64 = 0.6;
 
-/// Refines the best coarse peaks to distinct places. `known` holds those that were refined before.
+/// Refines the best coarse peaks to distinct places. `refined_before` holds those that were refined before.
 ///
 /// # Errors
 /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
@@ -39,7 +39,7 @@ pub fn refine_peaks(
     map: &Map<'_>,
     prepared: &PreparedFrame<'_>,
     coarse: &CoarsePeaks,
-    known: &mut RefinedPeaks,
+    refined_before: &mut RefinedPeaks,
 ) -> Result<Vec<RefinedPlace>, LocateError> {
     let mut found: Vec<RefinedPlace> = Vec::new();
     let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
@@ -50,21 +50,22 @@ pub fn refine_peaks(
         if is_sure && peak.statistic < RIVAL_SHARE * highest {
             break;
         }
-        if known.of(peak).is_none() {
+        if refined_before.known(peak).is_none() {
             // The first alone: it often is so sure that no other is refined.
             let together = if index == 0 { 1 } else { context.threads.max(1) };
-            let unknown: Vec<_> = peaks[index..].iter().filter(|p| known.of(p).is_none()).take(together).collect();
+            let unknown: Vec<_> =
+                peaks[index..].iter().filter(|p| refined_before.known(p).is_none()).take(together).collect();
             let refine = |peak: &&CoarsePeak| refine_by_both_votes(context, map, prepared, **peak);
             for (ahead, refined) in in_parallel(&unknown, context.threads, &refine).into_iter().enumerate() {
                 match refined {
-                    Ok(refined) => known.0.push((unknown[ahead].pose, refined)),
+                    Ok(refined) => refined_before.0.push((unknown[ahead].pose, refined)),
                     Err(error) if ahead == 0 => return Err(error.into()),
                     // It may never be refined with fewer threads; where it is, the error comes again.
                     Err(_) => {}
                 }
             }
         }
-        let refined = known.of(peak).cloned().flatten();
+        let refined = refined_before.known(peak).cloned().flatten();
         found.extend(refined.filter(|r| !found.iter().any(|other| other.is_same_place(r))));
     }
     Ok(found)
