@@ -460,7 +460,8 @@ mod tests {
         let tilted =
             soft_vote(&RankedWindows::new(&windows), &weights, Some(&tilt_motion(&windows)), pivot_px, &OPTIONS)
                 .unwrap();
-        assert!((Vector2::from(tilted.tilt_rad) - tilt_rad).norm() < 0.02, "{tilted:?}");
+        // Less than a step, which moves the outermost window by 2 px.
+        assert!((Vector2::from(tilted.tilt_rad) - tilt_rad).norm() < 0.03, "{tilted:?}");
         assert!((tilted.map_from_view.t - change.shift_px).norm() < 0.5, "the shift at the middle: {tilted:?}");
         assert!(tilted.log10_nfa(1.0) < level.log10_nfa(1.0) - 2.0, "{tilted:?} {level:?}");
         assert_eq!(tilted.compared, 25.0 * level.compared);
