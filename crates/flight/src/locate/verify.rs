@@ -32,7 +32,7 @@ pub const AMBIGUOUS_LOG10_FALSE_ALARMS: f64 = -3.0;
 /// No term decides alone: a place that only the soft vote found, or of whose windows fewer than half agree, must also stand out as a whole
 /// view, by so many standard deviations. Four false places of featureless frames had 1.0 to 4.0, a frame of which half lay a block beside
 /// the other 4.0, right ones at least 4.5.
-const LEAST_SOFT_Z_SCORE: f64 = 4.25;
+const LEAST_WHOLE_VIEW_Z_SCORE: f64 = 4.25;
 /// Number of refined places whose whole view is compared.
 const VERIFIED_PLACES: usize = 2;
 /// A fix needs at least this many agreeing windows.
@@ -208,9 +208,9 @@ impl Verifier<'_> {
         let is_minority = 2 * best.refined.fit.inliers.len() < best.refined.matches.len();
         let needs_whole_view =
             self.context.parts.has(Part::WholeView) && (best.refined.vote == Vote::Soft || is_minority);
-        if needs_whole_view && best.peak_z_score < LEAST_SOFT_Z_SCORE {
+        if needs_whole_view && best.peak_z_score < LEAST_WHOLE_VIEW_Z_SCORE {
             let detail = format!(
-                "the correlation peak of the whole view has a z-score of {:.1}; where windows agree only together, or fewer than half of them, it must have {LEAST_SOFT_Z_SCORE}",
+                "the correlation peak of the whole view has a z-score of {:.1}; where windows agree only together, or fewer than half of them, it must have {LEAST_WHOLE_VIEW_Z_SCORE}",
                 best.peak_z_score
             );
             return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));

@@ -76,15 +76,20 @@ fn table(rows: &[Row]) -> String {
     let mut text =
         String::from("without         frames  right  false  error_m median  95 %  ellipse %  elapsed_ms median\n");
     for Row { without, score } in rows {
-        let [median, p95] = score.error_m.map_or([f64::NAN; 2], |error| [error.median, error.p95]);
+        // Without a fix there is neither error nor ellipse.
+        let shown =
+            |value: Option<f64>, digits: usize| value.map_or("none".into(), |value| format!("{value:.digits$}"));
+        let (median, p95) = (score.error_m.map(|error| error.median), score.error_m.map(|error| error.p95));
         text.push_str(&format!(
-            "{:<14}  {:>6}  {:>5}  {:>5}  {median:>14.2}  {p95:>4.1}  {:>9.1}  {:>17.0}\n",
+            "{:<14}  {:>6}  {:>5}  {:>5}  {:>14}  {:>4}  {:>9}  {:>17}\n",
             without.unwrap_or("nothing"),
             score.frames,
             score.right,
             score.wrong,
-            100.0 * score.ellipse95_coverage.unwrap_or(f64::NAN),
-            score.elapsed_ms.map_or(f64::NAN, |elapsed| elapsed.median),
+            shown(median, 2),
+            shown(p95, 1),
+            shown(score.ellipse95_coverage.map(|share| 100.0 * share), 1),
+            shown(score.elapsed_ms.map(|elapsed| elapsed.median), 0),
         ));
     }
     text.truncate(text.trim_end().len());

@@ -22,7 +22,7 @@ in flight.csv or in camera.toml; --attitude-sigma-deg overrides both.
 A fix is right if it lies within --right-m of the truth, and false otherwise. No fix is neither right nor false.
 
 --disturb alters the frames first: another tilt, lens, exposure, weather, damage by a link, ... The truth of nadir and image's centre
-stays exact. Such a fix is right if its image's centre lies within --right-m or inside its own 99.99 % ellipse, and false otherwise.
+stays exact, and --threads counts frames at a time. Such a fix is right if its image's centre lies within --right-m or inside its own 99.99 % ellipse, and false otherwise.
 
 Example:
   overfly evaluate fixes --db map.gpkg --flight flights/0716 --prior-error-m 300 --out scored";

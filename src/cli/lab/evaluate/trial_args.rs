@@ -40,7 +40,7 @@ pub struct TrialArgs {
     /// The point of the ground that the true columns are, and at which fixes are judged.
     #[arg(long, value_enum, default_value_t = TruthArg::Nadir)]
     truth: TruthArg,
-    /// Threads of each search; with --disturb, frames at a time.
+    /// Threads of each search.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
 }
