@@ -21,7 +21,6 @@ mod hard_refine;
 mod held_vote;
 mod hints;
 mod hypotheses;
-mod in_parallel;
 mod levels;
 mod locate_frame;
 mod map;

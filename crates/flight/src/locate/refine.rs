@@ -4,7 +4,6 @@ use super::camera_pose::CameraPose;
 use super::coarse_peaks::{CoarsePeak, CoarsePeaks};
 use super::error::LocateError;
 use super::hard_refine::hard_refine;
-use super::in_parallel::in_parallel;
 use super::map::Map;
 use super::parts::Part;
 use super::prepare::PreparedFrame;
@@ -17,12 +16,6 @@ use overfly_store::StoreError;
 #[derive(Default)]
 pub struct RefinedPeaks(Vec<(CameraPose, Option<RefinedPlace>)>);
 
-impl RefinedPeaks {
-    fn known(&self, peak: &CoarsePeak) -> Option<&Option<RefinedPlace>> {
-        self.0.iter().find(|(pose, _)| *pose == peak.pose).map(|(_, refined)| refined)
-    }
-}
-
 /// Where the windows of one place agree by chance less often than this, peaks that are no rivals are skipped.
 const SURE_LOG10_FALSE_ALARMS: f64 = -6.0;
 /// Where the windows of the hard vote agree by chance less often than this, they measure the place.
@@ -30,7 +23,7 @@ const MEASURED_LOG10_FALSE_ALARMS: f64 = -1.0;
 /// A peak of at least this share of the highest is a rival, whatever the windows say.
 const RIVAL_SHARE: f64 = 0.6;
 
-/// Refines the best coarse peaks to distinct places. `refined_before` holds those that were refined before.
+/// Refines the best coarse peaks to distinct places. `known` holds those that were refined before.
 ///
 /// # Errors
 /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
@@ -39,33 +32,24 @@ pub fn refine_peaks(
     map: &Map<'_>,
     prepared: &PreparedFrame<'_>,
     coarse: &CoarsePeaks,
-    refined_before: &mut RefinedPeaks,
+    known: &mut RefinedPeaks,
 ) -> Result<Vec<RefinedPlace>, LocateError> {
     let mut found: Vec<RefinedPlace> = Vec::new();
     let highest = coarse.peaks.first().map_or(0.0, |p| p.statistic);
-    let peaks = &coarse.peaks[..coarse.peaks.len().min(REFINED_PEAKS)];
-    for (index, peak) in peaks.iter().enumerate() {
+    for peak in coarse.peaks.iter().take(REFINED_PEAKS) {
         context.cancellation.check()?;
         let is_sure = found.iter().any(|r| r.log10_window_false_alarms < SURE_LOG10_FALSE_ALARMS);
         if is_sure && peak.statistic < RIVAL_SHARE * highest {
             break;
         }
-        if refined_before.known(peak).is_none() {
-            // The first alone: it often is so sure that no other is refined.
-            let together = if index == 0 { 1 } else { context.threads.max(1) };
-            let unknown: Vec<_> =
-                peaks[index..].iter().filter(|p| refined_before.known(p).is_none()).take(together).collect();
-            let refine = |peak: &&CoarsePeak| refine_by_both_votes(context, map, prepared, **peak);
-            for (ahead, refined) in in_parallel(&unknown, context.threads, &refine).into_iter().enumerate() {
-                match refined {
-                    Ok(refined) => refined_before.0.push((unknown[ahead].pose, refined)),
-                    Err(error) if ahead == 0 => return Err(error.into()),
-                    // It may never be refined with fewer threads; where it is, the error comes again.
-                    Err(_) => {}
-                }
+        let refined = match known.0.iter().find(|(pose, _)| *pose == peak.pose) {
+            Some((_, refined)) => refined.clone(),
+            None => {
+                let refined = refine_by_both_votes(context, map, prepared, *peak)?;
+                known.0.push((peak.pose, refined.clone()));
+                refined
             }
-        }
-        let refined = refined_before.known(peak).cloned().flatten();
+        };
         found.extend(refined.filter(|r| !found.iter().any(|other| other.is_same_place(r))));
     }
     Ok(found)

@@ -13,7 +13,6 @@ use super::coarse_search;
 use super::error::LocateError;
 use super::frame_pyramid::{FramePyramid, structure_of};
 use super::hypotheses::{Hypothesis, REACH_SIGMAS, around, hypotheses, step};
-use super::in_parallel::in_parallel;
 use super::levels::CellLevel;
 use super::map::Map;
 use super::request::FixRequest;
@@ -24,6 +23,7 @@ use overfly_core::registration::wide::{CellMatch, CellRefiner, CellTemplate, Cel
 use overfly_core::tile::{Gsd, MercatorBounds, TILE_SIZE_PX, WorldPixel, gsd_at};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A step of heading moves the frame's corner by at most one in this many parts of a merged cell, in the count of `hypotheses`.
 const CELL_STEPS: f64 = 2.4;
@@ -263,4 +263,23 @@ impl<'a> WideSearch<'a> {
         let results = in_parallel(poses, threads, &work).into_iter().collect::<Result<Vec<_>, _>>()?;
         Ok(results.into_iter().fold(CoarsePeaks::default(), CoarsePeaks::merged_with))
     }
+}
+
+/// The results of `work` for every item, in the items' order. A thread that is free takes the next item.
+fn in_parallel<I: Sync, R: Send>(items: &[I], threads: usize, work: &(dyn Fn(&I) -> R + Sync)) -> Vec<R> {
+    if threads <= 1 {
+        return items.iter().map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        items.get(index).map(|item| (index, work(item)))
+    };
+    let mut done: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let handles: Vec<_> =
+            (0..threads).map(|_| scope.spawn(|| std::iter::from_fn(take).collect::<Vec<_>>())).collect();
+        handles.into_iter().flat_map(|h| h.join().expect("a comparison does not panic")).collect()
+    });
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
 }
