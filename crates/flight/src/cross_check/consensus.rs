@@ -1,5 +1,6 @@
 //! `consensus`: positions of layers from the shifts between them, robust against a layer that lies elsewhere.
 
+use super::groups::Groups;
 use super::pair::median;
 use overfly_core::geodesy::Enu;
 
@@ -7,15 +8,17 @@ use overfly_core::geodesy::Enu;
 const ROUNDS: usize = 60;
 
 /// The offset of each layer from the position on which most agree, from shifts (a, b, a's ground less b's, metres): each layer moves to
-/// the median of what its neighbours say of it, and the median of all is then 0. `None` for a layer without a shift.
+/// the median of what its neighbours say of it, and the median of all that shifts join is then 0. `None` for a layer without a shift.
 pub fn consensus(layers: usize, shifts: &[(usize, usize, Enu)]) -> Vec<Option<Enu>> {
-    let east = along(layers, shifts, |shift| shift.east_m);
-    let north = along(layers, shifts, |shift| shift.north_m);
+    let mut groups = Groups::new(layers);
+    shifts.iter().for_each(|(a, b, _)| groups.join(*a, *b));
+    let east = along(&groups, layers, shifts, |shift| shift.east_m);
+    let north = along(&groups, layers, shifts, |shift| shift.north_m);
     east.into_iter().zip(north).map(|(east_m, north_m)| Some(Enu { east_m: east_m?, north_m: north_m? })).collect()
 }
 
 /// The same along one axis.
-fn along(layers: usize, shifts: &[(usize, usize, Enu)], axis: fn(&Enu) -> f64) -> Vec<Option<f64>> {
+fn along(groups: &Groups, layers: usize, shifts: &[(usize, usize, Enu)], axis: fn(&Enu) -> f64) -> Vec<Option<f64>> {
     let mut neighbours = vec![Vec::new(); layers];
     for (a, b, shift) in shifts {
         neighbours[*a].push((*b, axis(shift)));
@@ -29,8 +32,11 @@ fn along(layers: usize, shifts: &[(usize, usize, Enu)], axis: fn(&Enu) -> f64) -
         }
     }
     let known = |layer: &usize| !neighbours[*layer].is_empty();
-    let middle = median((0..layers).filter(known).map(|layer| positions[layer]).collect()).unwrap_or(0.0);
-    (0..layers).map(|layer| Some(layer).filter(known).map(|layer| positions[layer] - middle)).collect()
+    let mut members = vec![Vec::new(); layers];
+    (0..layers).filter(known).for_each(|layer| members[groups.first_of(layer)].push(positions[layer]));
+    let middles: Vec<_> = members.into_iter().map(|positions| median(positions).unwrap_or(0.0)).collect();
+    let offset = |layer: usize| positions[layer] - middles[groups.first_of(layer)];
+    (0..layers).map(|layer| Some(layer).filter(known).map(offset)).collect()
 }
 
 #[cfg(test)]
@@ -58,6 +64,14 @@ mod tests {
         assert_eq!(found[0].map(|e| e.east_m), Some(2.0));
         assert_eq!(found[1].map(|e| e.east_m), Some(-2.0));
         assert_eq!(found[2], None);
+    }
+
+    #[test]
+    fn groups_that_nothing_joins_each_have_their_own_middle() {
+        let pairs =
+            [(0, 2, shift(4.0, 0.0)), (1, 3, shift(0.0, 10.0)), (1, 4, shift(0.0, 10.0)), (3, 4, shift(0.0, 0.0))];
+        let found: Vec<_> = consensus(5, &pairs).into_iter().map(|offset| offset.unwrap().east_m).collect();
+        assert_eq!(found, [2.0, -10.0, -2.0, 0.0, 0.0]);
     }
 
     #[test]

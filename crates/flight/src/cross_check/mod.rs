@@ -6,17 +6,19 @@
 //! layers agree.
 
 mod consensus;
+mod couples;
+mod groups;
 mod pair;
 
 pub use pair::{LayerPair, PairShift};
 
 use crate::locate::LocateError;
 use consensus::consensus;
+use couples::couples;
 use overfly_core::geodesy::Enu;
 use overfly_store::{Layer, Reader};
+use pair::CommonGround;
 
-/// Each layer is compared with at most so many others, so the work grows with the number of layers and not with its square.
-const MOST_OTHERS: usize = 6;
 /// The scatter within a pair is that of two layers: each has this share of its variance.
 const OWN_SHARE: f64 = 0.5;
 
@@ -60,14 +62,14 @@ impl CrossCheck {
     /// [`LocateError::Store`] where a tile cannot be read.
     pub fn new(store: &Reader, threads: usize, report: &dyn Fn(u64, u64)) -> Result<Self, LocateError> {
         let layers: Vec<&Layer> = store.finished_layers().collect();
-        let couples = couples(layers.len());
+        let bounds: Vec<_> = layers.iter().map(|layer| layer.bounds_deg).collect();
+        let couples = couples(&bounds, |a, b| CommonGround::new(store, [layers[a], layers[b]]))?;
         let mut pairs = Vec::new();
-        for (done, &(a, b)) in couples.iter().enumerate() {
+        for (done, (a, b, ground)) in couples.iter().enumerate() {
             let patches = |done_patches: usize| {
                 report((done * pair::PATCHES + done_patches) as u64, (couples.len() * pair::PATCHES) as u64);
             };
-            let pair = LayerPair::new(store, [layers[a], layers[b]], threads, &patches)?;
-            pairs.extend(pair.filter(|pair| pair.compared > 0).map(|pair| (a, b, pair)));
+            pairs.push((*a, *b, LayerPair::new(store, [layers[*a], layers[*b]], ground, threads, &patches)?));
         }
         let edges: Vec<_> = pairs.iter().filter_map(|(a, b, pair)| Some((*a, *b, pair.shift?.median))).collect();
         let offsets = consensus(layers.len(), &edges);
@@ -83,32 +85,5 @@ impl CrossCheck {
         };
         let layers = layers.iter().enumerate().map(offset_of).collect();
         Ok(Self { pairs: pairs.into_iter().map(|(_, _, pair)| pair).collect(), layers })
-    }
-}
-
-/// Pairs of layers: each with the next ones in a ring, so that all are joined.
-fn couples(layers: usize) -> Vec<(usize, usize)> {
-    let mut couples: Vec<_> = (0..layers)
-        .flat_map(|a| (1..=MOST_OTHERS / 2).map(move |step| (a, (a + step) % layers.max(1))))
-        .filter(|(a, b)| a != b)
-        .map(|(a, b)| (a.min(b), a.max(b)))
-        .collect();
-    couples.sort_unstable();
-    couples.dedup();
-    couples
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn few_layers_are_all_compared_and_many_only_with_some() {
-        assert!(couples(0).is_empty() && couples(1).is_empty());
-        assert_eq!(couples(2), [(0, 1)]);
-        for layers in 3..=7 {
-            assert_eq!(couples(layers).len(), layers * (layers - 1) / 2, "{layers}");
-        }
-        assert_eq!(couples(100).len(), 300);
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::locate::{Answer, FixRequest, HeadingPrior, LocateError, PositionPrior, locate};
 use overfly_core::camera::View;
-use overfly_core::geodesy::{Enu, LocalFrame};
-use overfly_core::tile::{TILE_SIZE_PX, WorldPixel, gsd_at};
+use overfly_core::geodesy::{Enu, GeodeticBounds, LocalFrame, WORLD_M};
+use overfly_core::tile::{MercatorBounds, TILE_SIZE_PX, TileId, WorldPixel, gsd_at};
 use overfly_store::{Layer, Reader, StoreError};
 
 /// Patches of a pair that are located.
@@ -55,29 +55,27 @@ pub struct PairShift {
 }
 
 impl LayerPair {
-    /// Locates patches of the first layer on the second, at the finer level that both have. `None` where they have no level in common.
+    /// Locates the patches of common ground of the first layer on the second.
     ///
     /// # Errors
     /// [`LocateError::Store`] where a tile cannot be read.
     pub fn new(
         store: &Reader,
         [a, b]: [&Layer; 2],
+        ground: &CommonGround,
         threads: usize,
         report: &dyn Fn(usize),
-    ) -> Result<Option<Self>, LocateError> {
-        let zoom = a.base_zoom.min(b.base_zoom);
-        if zoom < a.min_zoom.max(b.min_zoom) {
-            return Ok(None);
-        }
-        let patches = common_patches(store, [a, b], zoom)?;
+    ) -> Result<Self, LocateError> {
+        let CommonGround { zoom, corners_px } = ground;
         let mut shifts = Vec::new();
-        for (done, corner_px) in patches.iter().enumerate() {
+        for (done, corner_px) in corners_px.iter().enumerate() {
             report(done);
-            shifts.extend(patch_shift(store, zoom, *corner_px, [a, b], threads)?);
+            shifts.extend(patch_shift(store, *zoom, *corner_px, [a, b], threads)?);
         }
         report(PATCHES);
         let layers = [a, b].map(|layer| layer.name.clone());
-        Ok(Some(Self { layers, zoom, compared: patches.len(), found: shifts.len(), shift: PairShift::new(&shifts) }))
+        let (compared, found) = (corners_px.len(), shifts.len());
+        Ok(Self { layers, zoom: *zoom, compared, found, shift: PairShift::new(&shifts) })
     }
 }
 
@@ -95,9 +93,57 @@ impl PairShift {
     }
 }
 
-/// Corners of patches, pixels of the world, of which both layers have all pixels: evenly spread over the first layer, whatever its shape.
-fn common_patches(store: &Reader, [a, b]: [&Layer; 2], zoom: u8) -> Result<Vec<[i64; 2]>, StoreError> {
-    let tiles: Vec<_> = store.footprints(a, zoom)?.into_iter().map(|footprint| footprint.tile).collect();
+/// Patches of the ground that two layers show.
+pub struct CommonGround {
+    /// The finer level that both have.
+    pub zoom: u8,
+    /// Corners of patches of which both layers have all pixels, pixels of the world; at least one.
+    pub corners_px: Vec<[i64; 2]>,
+}
+
+impl CommonGround {
+    /// Spreads patches evenly over what the smaller of two layers shows within the bounds of the other, whatever its shape. `None` where they
+    /// have no level in common, or no ground.
+    ///
+    /// # Errors
+    /// Where a tile cannot be read.
+    pub fn new(store: &Reader, [a, b]: [&Layer; 2]) -> Result<Option<Self>, StoreError> {
+        let zoom = a.base_zoom.min(b.base_zoom);
+        if zoom < a.min_zoom.max(b.min_zoom) {
+            return Ok(None);
+        }
+        let tiles_at = |layer: &Layer| layer.base_tiles >> (2 * u32::from(layer.base_zoom - zoom)).min(63);
+        let [smaller, larger] = if tiles_at(a) <= tiles_at(b) { [a, b] } else { [b, a] };
+        let footprints = match mercator_bounds(larger.bounds_deg, zoom) {
+            Some(within) => store.footprints_in(smaller, zoom, &within)?,
+            None => store.footprints(smaller, zoom)?,
+        };
+        let tiles: Vec<_> = footprints.into_iter().map(|footprint| footprint.tile).collect();
+        let corners_px = common_patches(store, [a, b], zoom, &tiles)?;
+        Ok(if corners_px.is_empty() { None } else { Some(Self { zoom, corners_px }) })
+    }
+}
+
+/// The tiles of a level that bounds touch, as an extent; `None` where a corner lies beyond the tile matrix.
+fn mercator_bounds(bounds: GeodeticBounds, zoom: u8) -> Option<MercatorBounds> {
+    let north_west = TileId::containing(bounds.north_west().ok()?, zoom).ok()?.mercator_bounds();
+    let south_east = TileId::containing(bounds.south_east().ok()?, zoom).ok()?.mercator_bounds();
+    let past_antimeridian_m = if south_east.max_x_m <= north_west.min_x_m { WORLD_M } else { 0.0 };
+    Some(MercatorBounds {
+        min_x_m: north_west.min_x_m,
+        min_y_m: south_east.min_y_m,
+        max_x_m: south_east.max_x_m + past_antimeridian_m,
+        max_y_m: north_west.max_y_m,
+    })
+}
+
+/// Corners of patches on tiles, pixels of the world, of which both layers have all pixels.
+fn common_patches(
+    store: &Reader,
+    layers: [&Layer; 2],
+    zoom: u8,
+    tiles: &[TileId],
+) -> Result<Vec<[i64; 2]>, StoreError> {
     let cells = PER_TILE * PER_TILE * tiles.len();
     let mut common = Vec::new();
     for i in 0..(2 * cells).min(TRIES) {
@@ -114,7 +160,7 @@ fn common_patches(store: &Reader, [a, b]: [&Layer; 2], zoom: u8) -> Result<Vec<[
         let is_whole = |layer: &Layer| -> Result<bool, StoreError> {
             Ok(store.gray_window(layer, zoom, corner_px, [PATCH_PX; 2])?.1.is_full())
         };
-        if is_whole(a)? && is_whole(b)? {
+        if is_whole(layers[0])? && is_whole(layers[1])? {
             common.push(corner_px);
         }
         if common.len() == PATCHES {
