@@ -39,18 +39,15 @@ pub fn text(answer: &Answer, elapsed_ms: f64) -> String {
                 map_error_text(f),
             )
         }
-        Answer::NoFix(n) => {
-            let reason = serde_json::to_value(n.reason).expect("a word");
-            format!(
-                "no fix     {}: {}\nsearched   {} tiles (nominal {:.1}), {:.0} ms\n{}",
-                reason.as_str().expect("a word"),
-                n.detail,
-                n.tiles_searched,
-                n.nominal_count,
-                elapsed_ms,
-                map_text(&n.map)
-            )
-        }
+        Answer::NoFix(n) => format!(
+            "no fix     {}: {}\nsearched   {} tiles (nominal {:.1}), {:.0} ms\n{}",
+            n.reason.word(),
+            n.detail,
+            n.tiles_searched,
+            n.nominal_count,
+            elapsed_ms,
+            map_text(&n.map)
+        ),
     }
 }
 

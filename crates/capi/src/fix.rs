@@ -5,9 +5,7 @@ use crate::error::{call, overfly_status};
 use crate::frame::overfly_frame;
 use crate::store::overfly_store;
 use overfly_core::camera::Intrinsics;
-use overfly_flight::locate::{
-    Answer, Fix, FixParameters, NoFix, PositionOf, Reason, ViewParameters, locate, requested_layer,
-};
+use overfly_flight::locate::{Answer, Fix, FixParameters, NoFix, PositionOf, ViewParameters, locate, requested_layer};
 use std::ffi::c_char;
 
 /// A pinhole camera with OpenCV's distortion model. Pixels are counted from the upper-left corner of the image.
@@ -270,25 +268,11 @@ impl From<&Fix> for overfly_fix {
 impl From<&NoFix> for overfly_no_fix {
     fn from(none: &NoFix) -> Self {
         Self {
-            reason: fixed(word(none.reason)),
+            reason: fixed(none.reason.word()),
             detail: fixed(&none.detail),
             tiles_searched: count(none.tiles_searched),
             layer: fixed(&none.map.layer),
         }
-    }
-}
-
-/// The word that HTTP answers use too.
-fn word(reason: Reason) -> &'static str {
-    match reason {
-        Reason::OutsideMap => "outside_map",
-        Reason::TooLittleStructure => "too_little_structure",
-        Reason::Ambiguous => "ambiguous",
-        Reason::TooFewAgreeingWindows => "too_few_agreeing_windows",
-        Reason::HorizonInView => "horizon_in_view",
-        Reason::InconsistentScale => "inconsistent_scale",
-        Reason::InconsistentHeading => "inconsistent_heading",
-        Reason::InconsistentAttitude => "inconsistent_attitude",
     }
 }
 

@@ -1,7 +1,7 @@
 //! What `demo`, `fly` and `evaluate fixes` have in common: when a fix is right, and the score as text.
 
 use crate::cli::failure::Failure;
-use overfly_lab::trial::{FixScore, Quantiles};
+use overfly_lab::trial::{FixScore, Quantiles, Refusals};
 use overfly_store::{Layer, Reader};
 
 /// The greatest error of a right fix, metres: three ground pixels of the layer's coarsest source.
@@ -21,13 +21,14 @@ pub fn fix_text(score: &FixScore) -> String {
         })
     };
     format!(
-        "frames     {} ({} fixes, {} no fix)\nright      {} (within {:.2} m)\nfalse      {}\nerror      {} m\n\
+        "frames     {} ({} fixes, {} no fix)\n{}right      {} (within {:.2} m)\nfalse      {}\nerror      {} m\n\
          ellipse    {} of the fixes have the truth in their own 95 % ellipse (half axis {} m)\n\
          NEES       {}\n\
          elapsed    {} ms per frame on {} threads (decoding {})\ntiles      {} searched",
         score.frames,
         score.fixes,
         score.no_fix,
+        refusals_text(score),
         score.right,
         score.right_m,
         score.wrong,
@@ -43,4 +44,12 @@ pub fn fix_text(score: &FixScore) -> String {
         spread(&score.decode_ms, 1),
         spread(&score.tiles_searched, 0),
     )
+}
+
+/// What refused frames, and which share of them.
+fn refusals_text(score: &FixScore) -> String {
+    let share = |frames: usize| 100.0 * frames as f64 / score.no_fix as f64;
+    let one = |r: &Refusals| format!("{} {} ({:.0} %)", r.frames, r.reason.word().replace('_', " "), share(r.frames));
+    let all = score.refusals.iter().map(one).collect::<Vec<_>>().join(", ");
+    if all.is_empty() { all } else { format!("refused    {all}\n") }
 }

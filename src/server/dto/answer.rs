@@ -306,3 +306,26 @@ impl From<Reason> for ReasonJson {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_has_one_word() {
+        let reasons = [
+            Reason::OutsideMap,
+            Reason::TooLittleStructure,
+            Reason::Ambiguous,
+            Reason::TooFewAgreeingWindows,
+            Reason::HorizonInView,
+            Reason::InconsistentScale,
+            Reason::InconsistentHeading,
+            Reason::InconsistentAttitude,
+        ];
+        for reason in reasons {
+            assert_eq!(stable_word(&ReasonJson::from(reason)), reason.word());
+            assert_eq!(stable_word(&reason), reason.word());
+        }
+    }
+}

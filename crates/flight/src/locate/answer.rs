@@ -147,3 +147,19 @@ pub enum Reason {
     /// The tilt that the windows show contradicts the stated attitude.
     InconsistentAttitude,
 }
+
+impl Reason {
+    /// Its stable word, as in answers.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::OutsideMap => "outside_map",
+            Self::TooLittleStructure => "too_little_structure",
+            Self::Ambiguous => "ambiguous",
+            Self::TooFewAgreeingWindows => "too_few_agreeing_windows",
+            Self::HorizonInView => "horizon_in_view",
+            Self::InconsistentScale => "inconsistent_scale",
+            Self::InconsistentHeading => "inconsistent_heading",
+            Self::InconsistentAttitude => "inconsistent_attitude",
+        }
+    }
+}

@@ -3,8 +3,9 @@
 use super::fixes::FixOutcome;
 use super::quantiles::Quantiles;
 use overfly_core::geodesy::Enu;
-use overfly_flight::locate::Answer;
+use overfly_flight::locate::{Answer, Reason};
 use serde::Serialize;
+use std::cmp::Reverse;
 
 /// The 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_963_985;
@@ -28,6 +29,8 @@ pub struct FixScore {
     pub wrong: usize,
     /// Frames without a fix.
     pub no_fix: usize,
+    /// What refused them, the most frequent reason first.
+    pub refusals: Vec<Refusals>,
     /// Errors of all accepted fixes, right or false, metres.
     pub error_m: Option<Quantiles>,
     /// Share of accepted fixes whose own 95 % ellipse contains the truth.
@@ -48,6 +51,31 @@ pub struct FixScore {
     pub right_m: f64,
     /// Threads of each search.
     pub threads: usize,
+}
+
+/// The frames that one reason refused.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Refusals {
+    /// Why there is no fix.
+    pub reason: Reason,
+    /// Number of frames.
+    pub frames: usize,
+}
+
+impl Refusals {
+    /// Counts the refused frames by reason.
+    fn count(outcomes: &[FixOutcome]) -> Vec<Self> {
+        let mut refusals: Vec<Self> = Vec::new();
+        for outcome in outcomes {
+            let Answer::NoFix(no_fix) = &outcome.answer else { continue };
+            match refusals.iter_mut().find(|refusals| refusals.reason == no_fix.reason) {
+                Some(same) => same.frames += 1,
+                None => refusals.push(Self { reason: no_fix.reason, frames: 1 }),
+            }
+        }
+        refusals.sort_by_key(|refusals| (Reverse(refusals.frames), refusals.reason.word()));
+        refusals
+    }
 }
 
 /// The mean NEES of fixes, and the band of that mean if all covariances are true.
@@ -78,6 +106,7 @@ impl FixScore {
             right,
             wrong: fixes - right,
             no_fix: outcomes.len() - fixes,
+            refusals: Refusals::count(outcomes),
             error_m: Quantiles::from_values(errors),
             ellipse95_coverage: (fixes > 0).then(|| covered as f64 / fixes as f64),
             nees: Nees::from_values(outcomes.iter().filter_map(FixOutcome::nees).collect()),

@@ -48,7 +48,7 @@ pub use disturb::{
 pub use drift_curve::{DRIFT_BOUND_PX, DriftBin, DriftCurve, Estimator, MatchesNeeded};
 pub use error::TrialError;
 pub use experiment::{Experiment, OverlapRow, PaperFigures, Shape, images_csv};
-pub use fix_score::{FixScore, Nees};
+pub use fix_score::{FixScore, Nees, Refusals};
 pub use fix_table::write_fixes;
 pub use fixes::{FixOutcome, FixTrial, TruthPoint};
 pub use fly::{
