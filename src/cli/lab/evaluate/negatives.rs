@@ -1,5 +1,6 @@
 //! `overfly evaluate negatives`: measures the rate of false fixes.
 
+use super::trial_args::SensorArgs;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
@@ -79,12 +80,8 @@ pub struct Args {
     /// Greatest error of a right fix over repeating ground, metres [default: 3 ground pixels of the coarsest source].
     #[arg(long, value_name = "M", value_parser = positive_metres)]
     right_m: Option<f64>,
-    /// One standard deviation of the heading prior, degrees.
-    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
-    heading_sigma_deg: f64,
-    /// One standard deviation of the height, as a ratio.
-    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
-    height_sigma_ratio: f64,
+    #[command(flatten)]
+    sensors: SensorArgs,
     /// Trials that run at the same time; each search uses one thread.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
@@ -121,8 +118,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         regions: args.regions.clone(),
         kinds: args.kinds.clone().unwrap_or_else(|| NegativeKind::ALL.to_vec()),
         unknown_heading_share: args.unknown_heading_share,
-        heading_sigma_deg: args.heading_sigma_deg,
-        height_sigma_ratio: args.height_sigma_ratio,
+        heading_sigma_deg: args.sensors.heading_sigma_deg,
+        height_sigma_ratio: args.sensors.height_sigma_ratio,
         right_m: match args.right_m {
             Some(right_m) => right_m,
             None => default_right_m(&store, layer)?,

@@ -25,12 +25,8 @@ pub struct TrialArgs {
     /// Greatest error that counts as right, metres [default: 3 ground pixels of the coarsest source].
     #[arg(long, value_name = "M", value_parser = positive_metres)]
     right_m: Option<f64>,
-    /// One standard deviation of the heading prior, degrees.
-    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
-    heading_sigma_deg: f64,
-    /// One standard deviation of the height, as a ratio.
-    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
-    height_sigma_ratio: f64,
+    #[command(flatten)]
+    sensors: SensorArgs,
     /// Search without a heading prior.
     #[arg(long)]
     unknown_heading: bool,
@@ -43,6 +39,17 @@ pub struct TrialArgs {
     /// Threads of each search.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
+}
+
+/// How well heading and height are known.
+#[derive(clap::Args)]
+pub struct SensorArgs {
+    /// One standard deviation of the heading prior, degrees.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = 3.0)]
+    pub heading_sigma_deg: f64,
+    /// One standard deviation of the height, as a ratio.
+    #[arg(long, value_name = "RATIO", value_parser = positive, default_value_t = 0.03)]
+    pub height_sigma_ratio: f64,
 }
 
 /// `--truth`.
@@ -91,8 +98,8 @@ impl TrialArgs {
             layer: layer.name.clone(),
             prior_error_m: self.prior_error_m,
             seed: self.seed,
-            heading_sigma_deg: (!self.unknown_heading).then_some(self.heading_sigma_deg),
-            height_sigma_ratio: self.height_sigma_ratio,
+            heading_sigma_deg: (!self.unknown_heading).then_some(self.sensors.heading_sigma_deg),
+            height_sigma_ratio: self.sensors.height_sigma_ratio,
             unknown_position: self.unknown_position,
             truth: self.truth.into(),
             parts: Parts::ALL,
