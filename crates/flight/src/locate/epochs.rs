@@ -25,14 +25,14 @@ pub struct LayerAnswer<T> {
 pub fn beside_newer(answer: Answer, place: Option<&WeighedPlace>, newer: &[WeighedPlace]) -> Answer {
     let (Answer::Fix(fix), Some(place)) = (&answer, place) else { return answer };
     let is_rival = |other: &&WeighedPlace| {
-        other.log10_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS && other.distance_m(place) > SAME_PLACE_M
+        other.log10_rival_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS && other.distance_m(place) > SAME_PLACE_M
     };
     let Some(rival) = newer.iter().find(is_rival) else { return answer };
     let detail = format!(
         "layer {}, which is newer, shows the frame {:.0} m away: 10^{:.1} such places are expected there by chance, and 10^{:.1} in layer {}",
         rival.layer,
         rival.distance_m(place),
-        rival.log10_false_alarms,
+        rival.log10_rival_false_alarms,
         place.log10_false_alarms,
         place.layer
     );
@@ -188,6 +188,7 @@ mod tests {
             layer: "new".into(),
             nadir: Geodetic::from_degrees(48.0, longitude_deg).unwrap(),
             log10_false_alarms,
+            log10_rival_false_alarms: log10_false_alarms,
             false_fix_probability: 1.0,
             rivals: None,
             least_t_score: None,

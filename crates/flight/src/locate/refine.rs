@@ -23,7 +23,11 @@ const MEASURED_LOG10_FALSE_ALARMS: f64 = -1.0;
 /// A peak of at least this share of the highest is a rival, whatever the windows say.
 const RIVAL_SHARE: f64 = 0.6;
 
-/// Refines the best coarse peaks to distinct places. `known` holds those that were refined before.
+/// Where the windows of a place of an earlier step agree by chance no more often than this, it stays a place.
+const KEPT_LOG10_FALSE_ALARMS: f64 = 0.0;
+
+/// Refines the best coarse peaks to distinct places. `known` holds those that were refined before; of these, places with evidence stay,
+/// though under headings and scales searched since there are higher peaks.
 ///
 /// # Errors
 /// [`LocateError::Store`] where a tile cannot be read; [`LocateError::Cancelled`].
@@ -52,6 +56,15 @@ pub fn refine_peaks(
         };
         found.extend(refined.filter(|r| !found.iter().any(|other| other.is_same_place(r))));
     }
+    for before in known.0.iter().filter_map(|(_, refined)| refined.as_ref()) {
+        let has_evidence = before.log10_window_false_alarms < KEPT_LOG10_FALSE_ALARMS;
+        if has_evidence && !found.iter().any(|other| other.is_same_place(before)) {
+            found.push(before.clone());
+        }
+    }
+    // Each place counts as one of as many as are refined in one step.
+    let log10_steps = (known.0.len() as f64 / REFINED_PEAKS as f64).max(1.0).log10();
+    found.iter_mut().for_each(|place| place.log10_window_false_alarms += log10_steps);
     Ok(found)
 }
 

@@ -73,9 +73,11 @@ pub struct VerifiedPlace {
     pub seam: Option<Seam>,
     /// Whether the view is smeared, looked for only at a fix.
     pub is_smeared: bool,
-    /// log10 of the number of false alarms expected in a search of this size: of the correlation peak and of the agreement of the
-    /// windows, which at a wrong place are almost independent, times the number of layers that may be searched.
+    /// log10 of the number of false alarms expected in a search of this size: of the correlation peak, and of the agreement of the windows
+    /// given that peak, times the number of layers that may be searched.
     pub log10_false_alarms: f64,
+    /// The same in its own layer alone, as few as if both were independent: by this a second place makes the first ambiguous.
+    pub log10_rival_false_alarms: f64,
 }
 
 impl VerifiedPlace {
@@ -95,7 +97,7 @@ impl Verdict {
 
     /// Whether the place is a fix so sure that nothing still to be searched could change it.
     pub fn is_sure(&self) -> bool {
-        self.fix().is_some_and(|place| place.log10_false_alarms <= SURE_LOG10_FALSE_ALARMS)
+        self.fix().is_some_and(|place| place.log10_rival_false_alarms <= SURE_LOG10_FALSE_ALARMS)
     }
 }
 
@@ -122,7 +124,11 @@ impl Verifier<'_> {
         for refined in hopeful {
             verified.push(self.verified(coarse, refined)?);
         }
-        verified.sort_by(|(a, _), (b, _)| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
+        // A place that does not stand out as a whole view can be a rival, and no fix.
+        let stands_out = |place: &VerifiedPlace| !self.lacks_whole_view(place);
+        verified.sort_by(|(a, _), (b, _)| {
+            stands_out(b).cmp(&stands_out(a)).then_with(|| a.log10_false_alarms.total_cmp(&b.log10_false_alarms))
+        });
         let (mut places, observations): (Vec<_>, Vec<_>) = verified.into_iter().unzip();
         let hopeless_windows = hopeless.iter().map(|r| r.log10_window_false_alarms).reduce(f64::min);
         let least_hopeless = hopeless_windows.map(|windows| windows + self.log10_layers());
@@ -171,8 +177,12 @@ impl Verifier<'_> {
         let peak_z_score = observation.as_ref().and_then(z_score).unwrap_or(0.0);
         let near_rivals_px = observation.as_ref().map(near_maxima).unwrap_or_default();
         let hard_px = observation.as_ref().map_or(refined.window_size_px, |o| o.window_size_px);
-        let by_chance = a_contrario::log10_peak_nfa(peak_z_score, refined.large_windows(hard_px), coarse.places);
-        let log10_false_alarms = by_chance + refined.log10_window_false_alarms + self.log10_layers();
+        let peak = a_contrario::log10_peak_nfa(peak_z_score, refined.large_windows(hard_px), coarse.places);
+        let windows = refined.log10_window_false_alarms;
+        let windows_given_peak = match refined.vote {
+            Vote::Hard => windows,
+            Vote::Soft => a_contrario::log10_soft_vote_nfa_given_peak(windows, peak_z_score),
+        };
         let place = VerifiedPlace {
             refined,
             peak_z_score,
@@ -181,7 +191,8 @@ impl Verifier<'_> {
             rivals: None,
             seam: None,
             is_smeared: false,
-            log10_false_alarms,
+            log10_false_alarms: peak + windows_given_peak + self.log10_layers(),
+            log10_rival_false_alarms: peak + windows,
         };
         Ok((place, observation))
     }
@@ -205,18 +216,14 @@ impl Verifier<'_> {
             );
             return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
         }
-        let is_minority = 2 * best.refined.fit.inliers.len() < best.refined.matches.len();
-        let needs_whole_view =
-            self.context.parts.has(Part::WholeView) && (best.refined.vote == Vote::Soft || is_minority);
-        if needs_whole_view && best.peak_z_score < LEAST_WHOLE_VIEW_Z_SCORE {
+        if self.lacks_whole_view(best) {
             let detail = format!(
                 "the correlation peak of the whole view has a z-score of {:.1}; where windows agree only together, or fewer than half of them, it must have {LEAST_WHOLE_VIEW_Z_SCORE}",
                 best.peak_z_score
             );
             return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
         }
-        // The other layers must not make the second place weaker than it is.
-        let is_rival = |s: &&VerifiedPlace| s.log10_false_alarms - self.log10_layers() < AMBIGUOUS_LOG10_FALSE_ALARMS;
+        let is_rival = |s: &&VerifiedPlace| s.log10_rival_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS;
         if let Some(second) = second.filter(is_rival) {
             let detail = format!(
                 "a second place agrees as well: 10^{:.1} and 10^{:.1} such places are expected by chance",
@@ -225,6 +232,14 @@ impl Verifier<'_> {
             return Some(Refusal::new(Reason::Ambiguous, detail));
         }
         self.inconsistency(&best.refined)
+    }
+
+    /// Whether a place must stand out as a whole view, and does not.
+    fn lacks_whole_view(&self, place: &VerifiedPlace) -> bool {
+        let is_minority = 2 * place.refined.fit.inliers.len() < place.refined.matches.len();
+        self.context.parts.has(Part::WholeView)
+            && (place.refined.vote == Vote::Soft || is_minority)
+            && place.peak_z_score < LEAST_WHOLE_VIEW_Z_SCORE
     }
 
     /// What a second place adds to the covariance of the best, by the ratio of their false alarms, where it lies within the best one's 95 %

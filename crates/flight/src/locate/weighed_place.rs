@@ -13,6 +13,8 @@ pub struct WeighedPlace {
     pub nadir: Geodetic,
     /// log10 of the false alarms expected in that layer alone.
     pub log10_false_alarms: f64,
+    /// The same, as few as may be: by this it makes a place in another layer ambiguous.
+    pub log10_rival_false_alarms: f64,
     /// The probability that the place is wrong, as a fix there states it.
     pub false_fix_probability: f64,
     /// Rivals that it was compared with, up to the first that makes it ambiguous; `None` where something else spoke against it.
@@ -36,6 +38,7 @@ impl WeighedPlace {
             layer: context.layer.name.clone(),
             nadir: pose.nadir.to_geodetic(pose.zoom).ok()?,
             log10_false_alarms: place.log10_false_alarms - (context.layers as f64).log10(),
+            log10_rival_false_alarms: place.log10_rival_false_alarms,
             false_fix_probability: place.false_fix_probability(),
             rivals: place.rivals.map(|report| report.count),
             least_t_score: strongest.map(|difference| difference.t_score()),

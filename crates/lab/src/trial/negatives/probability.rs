@@ -82,6 +82,7 @@ mod tests {
             layer: "ortho".into(),
             nadir,
             log10_false_alarms: -9.0,
+            log10_rival_false_alarms: -9.0,
             false_fix_probability: probability,
             rivals,
             least_t_score: None,
