@@ -3,6 +3,7 @@
 use super::cell_dots::{MOST_VALUE, TemplateCell};
 use crate::feature::{BORDER_PX, LEAST_VALID, Structure};
 use crate::pixels::Mask;
+use crate::simd::dispatch;
 
 /// The structure of a view in small squares, from which templates of any rotation are made without reading pixels again.
 #[derive(Debug, Clone)]
@@ -17,11 +18,15 @@ pub struct CellView {
 struct Square {
     /// Middle of the square, px from the view's middle.
     at_px: [f32; 2],
-    /// Sums of the four components.
-    sums: [f32; 4],
-    /// Described pixels.
-    count: f32,
+    /// What it holds.
+    sums: Sums,
 }
+
+/// Sums of the four components over pixels, and the number of these at [`COUNT`]; zeros fill a register.
+type Sums = [f32; 8];
+
+/// Where [`Sums`] holds the number of described pixels.
+const COUNT: usize = 4;
 
 /// Edge of the squares: a quarter of a cell.
 const SQUARE_PX: usize = 4;
@@ -48,8 +53,8 @@ impl CellView {
         {
             squares.extend(Square::new(structure, &valid, column * SQUARE_PX, row * SQUARE_PX, nadir_px));
         }
-        let count = squares.iter().map(|p| f64::from(p.count)).sum::<f64>();
-        let mean = |axis: usize| squares.iter().map(|p| f64::from(p.at_px[axis] * p.count)).sum::<f64>() / count;
+        let count = squares.iter().map(|p| f64::from(p.sums[COUNT])).sum::<f64>();
+        let mean = |axis: usize| squares.iter().map(|p| f64::from(p.at_px[axis] * p.sums[COUNT])).sum::<f64>() / count;
         if count <= 0.0 || structure.total_energy() <= 0.0 {
             return None;
         }
@@ -74,30 +79,16 @@ impl CellView {
         let (sin, cos) = heading_rad.sin_cos();
         let scale = ratio / pitch_px;
         let turn = [(cos * scale) as f32, (sin * scale) as f32];
-        let mut cells = vec![[0f32; 5]; side * side];
-        for p in &self.squares {
-            let x = p.at_px[0] * turn[0] - p.at_px[1] * turn[1] + half as f32;
-            let y = p.at_px[0] * turn[1] + p.at_px[1] * turn[0] + half as f32;
-            let (x0, y0) = (x.floor(), y.floor());
-            let (fx, fy) = (x - x0, y - y0);
-            for (dx, dy, w) in
-                [(0, 0, (1.0 - fx) * (1.0 - fy)), (1, 0, fx * (1.0 - fy)), (0, 1, (1.0 - fx) * fy), (1, 1, fx * fy)]
-            {
-                let (column, row) = (x0 as i32 + dx, y0 as i32 + dy);
-                if (0..side as i32).contains(&column) && (0..side as i32).contains(&row) {
-                    let cell = &mut cells[row as usize * side + column as usize];
-                    (0..4).for_each(|i| cell[i] += w * p.sums[i]);
-                    cell[4] += w * p.count;
-                }
-            }
-        }
+        let mut cells = vec![Sums::default(); side * side];
+        divide(&self.squares, turn, half, &mut cells);
         let least = LEAST_VALID * (1.0 / scale.powi(2)) as f32;
+        let turn = Turn::new(heading_rad);
         let known: Vec<_> = (0..side * side)
-            .filter(|&i| cells[i][4] >= least)
+            .filter(|&i| cells[i][COUNT] >= least)
             .map(|i| {
-                let [a, b, c, d, count] = cells[i];
+                let [a, b, c, d, count, ..] = cells[i];
                 let at = [i % side, i / side].map(|v| v as i32 - half as i32);
-                (at, turned([a / count, b / count, c / count, d / count], heading_rad))
+                (at, turn.applied([a / count, b / count, c / count, d / count]))
             })
             .collect();
         CellTemplate::from_cells(&known)
@@ -106,29 +97,56 @@ impl CellView {
 
 impl Square {
     fn new(structure: &Structure, valid: &Mask, left: usize, top: usize, nadir_px: [f64; 2]) -> Option<Self> {
-        let mut sums = [0i32; 4];
-        let mut count = 0u8;
+        let mut sums = [0i32; 8];
         for y in top..top + SQUARE_PX {
             for x in left..left + SQUARE_PX {
                 let i = y * structure.width_px + x;
-                count += u8::from(valid.at(x, y));
+                sums[COUNT] += i32::from(valid.at(x, y));
                 (0..4).for_each(|k| sums[k] += i32::from(structure.channels[i][k]));
             }
         }
         let half = SQUARE_PX as f64 / 2.0;
         let at_px = [(left as f64 + half - nadir_px[0]) as f32, (top as f64 + half - nadir_px[1]) as f32];
-        (count > 0).then(|| Self { at_px, sums: sums.map(|s| s as f32), count: f32::from(count) })
+        (sums[COUNT] > 0).then(|| Self { at_px, sums: sums.map(|s| s as f32) })
     }
 }
 
-/// Both harmonics after a clockwise rotation.
-fn turned([a, b, c, d]: [f32; 4], heading_rad: f64) -> [f32; 4] {
-    let by = |re: f32, im: f32, angle: f64| {
-        let (sin, cos) = (angle.sin() as f32, angle.cos() as f32);
-        [re * cos - im * sin, re * sin + im * cos]
-    };
-    let ([a, b], [c, d]) = (by(a, b, 2.0 * heading_rad), by(c, d, 4.0 * heading_rad));
-    [a, b, c, d]
+dispatch! {
+    /// Divides each square among the four nearest cells. `turn` is the cosine and sine of the heading, in cells per pixel; the view's middle
+    /// is the middle of the cell in column and row `half`.
+    fn divide(squares: &[Square], turn: [f32; 2], half: usize, cells: &mut [Sums]) {
+        let side = 2 * half as i32 + 1;
+        for p in squares {
+            let x = p.at_px[0] * turn[0] - p.at_px[1] * turn[1] + half as f32;
+            let y = p.at_px[0] * turn[1] + p.at_px[1] * turn[0] + half as f32;
+            let (x0, y0) = (x.floor(), y.floor());
+            let (fx, fy) = (x - x0, y - y0);
+            for (dx, dy, w) in
+                [(0, 0, (1.0 - fx) * (1.0 - fy)), (1, 0, fx * (1.0 - fy)), (0, 1, (1.0 - fx) * fy), (1, 1, fx * fy)]
+            {
+                let (column, row) = (x0 as i32 + dx, y0 as i32 + dy);
+                if (0..side).contains(&column) && (0..side).contains(&row) {
+                    let cell = &mut cells[(row * side + column) as usize];
+                    cell.iter_mut().zip(&p.sums).for_each(|(cell, sum)| *cell += w * sum);
+                }
+            }
+        }
+    }
+}
+
+/// A clockwise rotation of both harmonics: cosine and sine of twice and four times the heading.
+struct Turn([[f32; 2]; 2]);
+
+impl Turn {
+    fn new(heading_rad: f64) -> Self {
+        Self([2.0, 4.0].map(|fold: f64| [(fold * heading_rad).cos() as f32, (fold * heading_rad).sin() as f32]))
+    }
+
+    fn applied(&self, [a, b, c, d]: [f32; 4]) -> [f32; 4] {
+        let by = |re: f32, im: f32, [cos, sin]: [f32; 2]| [re * cos - im * sin, re * sin + im * cos];
+        let ([a, b], [c, d]) = (by(a, b, self.0[0]), by(c, d, self.0[1]));
+        [a, b, c, d]
+    }
 }
 
 impl CellTemplate {

@@ -18,6 +18,7 @@
 pub use super::fourier::Fourier;
 use super::fourier::{Plans, quick_length};
 use crate::feature::{CHANNEL_ONE, ENERGY_ONE, Structure};
+use crate::simd::dispatch;
 use rustfft::num_complex::Complex32;
 
 /// A view to place on the map: its structure and its nadir.
@@ -128,7 +129,9 @@ impl CoarseMap {
             let variance = c.re * norm;
             if variance > least { 1.0 / variance.sqrt() } else { 0.0 }
         });
-        Some(Normalisation { inverse: inverse.collect() })
+        let inverse = inverse.collect();
+        fourier.give_back(plane);
+        Some(Normalisation { inverse })
     }
 
     /// T of two views at every place; both views may be the same.
@@ -140,8 +143,9 @@ impl CoarseMap {
     ) -> [Surface; 2] {
         // u and v are the spectra of z_a + i z_b and of z_a - i z_b, where z = sum conj(f) m is complex: then the
         // transform of (u(k) + conj v(-k)) / 2 is Re z_a + i Re z_b.
-        let zero = Complex32::new(0.0, 0.0);
-        let [mut u, mut v] = [0; 2].map(|_| vec![zero; self.energy.len()]);
+        let [mut u, mut v] = [0; 2].map(|_| fourier.plane());
+        u.fill(Complex32::ZERO);
+        v.fill(Complex32::ZERO);
         for (k, map) in self.channels.iter().enumerate() {
             let mut spectrum = |view: &PlacedView| {
                 let mut plane = fourier.plane();
@@ -155,6 +159,8 @@ impl CoarseMap {
         }
         let mut plane = fourier.plane();
         self.join(&u, &v, &mut plane);
+        fourier.give_back(u);
+        fourier.give_back(v);
         fourier.inverse(&mut plane, self.places[1]);
         let norm = 1.0 / (fourier.width() * fourier.height()) as f32;
         let mut surfaces = [0; 2].map(|_| Surface { values: Vec::with_capacity(normalisation.inverse.len()) });
@@ -187,9 +193,7 @@ impl CoarseMap {
             let (own, mirrored) = (x * h, (w - x) % w * h);
             let (u, v, out) = (&u[own..own + h], &v[mirrored..mirrored + h], &mut out[own..own + h]);
             out[0] = (u[0] + v[0].conj()) * 0.5;
-            for ((out, u), v) in out[1..].iter_mut().zip(&u[1..]).zip(v[1..].iter().rev()) {
-                *out = (u + v.conj()) * 0.5;
-            }
+            join_column(&u[1..], &v[1..], &mut out[1..]);
         }
     }
 
@@ -204,15 +208,26 @@ impl CoarseMap {
     }
 }
 
-/// u += m conj(a) + i m conj(b), v += m conj(a) - i m conj(b).
-fn multiply(map: &[Complex32], a: &[Complex32], b: &[Complex32], u: &mut [Complex32], v: &mut [Complex32]) {
-    let count = map.len();
-    let (a, b, u, v) = (&a[..count], &b[..count], &mut u[..count], &mut v[..count]);
-    for i in 0..count {
-        let (za, zb) = (map[i] * a[i].conj(), map[i] * b[i].conj());
-        let turned = Complex32::new(-zb.im, zb.re);
-        u[i] += za + turned;
-        v[i] += za - turned;
+dispatch! {
+    /// u += m conj(a) + i m conj(b), v += m conj(a) - i m conj(b).
+    fn multiply(map: &[Complex32], a: &[Complex32], b: &[Complex32], u: &mut [Complex32], v: &mut [Complex32]) {
+        let count = map.len();
+        let (a, b, u, v) = (&a[..count], &b[..count], &mut u[..count], &mut v[..count]);
+        for i in 0..count {
+            let (za, zb) = (map[i] * a[i].conj(), map[i] * b[i].conj());
+            let turned = Complex32::new(-zb.im, zb.re);
+            u[i] += za + turned;
+            v[i] += za - turned;
+        }
+    }
+}
+
+dispatch! {
+    /// (u(k) + conj v(-k)) / 2 of a column but for k = 0.
+    fn join_column(u: &[Complex32], v: &[Complex32], out: &mut [Complex32]) {
+        for ((out, u), v) in out.iter_mut().zip(u).zip(v.iter().rev()) {
+            *out = (u + v.conj()) * 0.5;
+        }
     }
 }
 
