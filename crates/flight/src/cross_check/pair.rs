@@ -10,11 +10,13 @@ use overfly_store::{Layer, Reader, StoreError};
 pub const PATCHES: usize = 40;
 /// Edge of a patch, pixels. Its middle is that of a cell of a tile.
 const PATCH_PX: usize = 192;
-const CELL_PX: usize = 128;
+const CELL_PX: usize = 32;
 /// Cells along the edge of a tile.
 const PER_TILE: usize = TILE_SIZE_PX as usize / CELL_PX;
-/// Places at which a patch is tried.
-const TRIES: usize = 400;
+/// Places at which a patch is tried at most.
+const TRIES: usize = 1600;
+/// Of this share of a patch both layers have pixels: specks without data are common in maps.
+const LEAST_VALID: f64 = 0.98;
 /// The golden ratio less one: its multiples fill the unit interval evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Fewer patches found measure no shift.
@@ -97,7 +99,7 @@ impl PairShift {
 pub struct CommonGround {
     /// The finer level that both have.
     pub zoom: u8,
-    /// Corners of patches of which both layers have all pixels, pixels of the world; at least one.
+    /// Corners of patches of which both layers have almost all pixels, pixels of the world; at least one.
     pub corners_px: Vec<[i64; 2]>,
 }
 
@@ -119,7 +121,7 @@ impl CommonGround {
             None => store.footprints(smaller, zoom)?,
         };
         let tiles: Vec<_> = footprints.into_iter().map(|footprint| footprint.tile).collect();
-        let corners_px = common_patches(store, [a, b], zoom, &tiles)?;
+        let corners_px = common_patches(store, [larger, smaller], zoom, &tiles)?;
         Ok(if corners_px.is_empty() { None } else { Some(Self { zoom, corners_px }) })
     }
 }
@@ -137,7 +139,7 @@ fn mercator_bounds(bounds: GeodeticBounds, zoom: u8) -> Option<MercatorBounds> {
     })
 }
 
-/// Corners of patches on tiles, pixels of the world, of which both layers have all pixels.
+/// Corners of patches on tiles, pixels of the world, of which both layers have almost all pixels. The first layer is asked first.
 fn common_patches(
     store: &Reader,
     layers: [&Layer; 2],
@@ -157,10 +159,10 @@ fn common_patches(
         if common.contains(&corner_px) {
             continue;
         }
-        let is_whole = |layer: &Layer| -> Result<bool, StoreError> {
-            Ok(store.gray_window(layer, zoom, corner_px, [PATCH_PX; 2])?.1.is_full())
+        let is_shown = |layer: &Layer| -> Result<bool, StoreError> {
+            Ok(store.gray_window(layer, zoom, corner_px, [PATCH_PX; 2])?.1.valid_fraction() >= LEAST_VALID)
         };
-        if is_whole(layers[0])? && is_whole(layers[1])? {
+        if is_shown(layers[0])? && is_shown(layers[1])? {
             common.push(corner_px);
         }
         if common.len() == PATCHES {
