@@ -52,11 +52,17 @@ const VOTE_PER_STANDARD_DEVIATION: f64 = 0.5;
 /// ... and the vote states what is true where the peak has this z-score: below it says too little, above too much.
 const VOTE_TRUE_Z_SCORE: f64 = 4.0;
 
+/// Windows along a street that falls on a street are one observation, which the clutter beside does not show: the tail of the vote is longer
+/// than stated. Of 6,600 mirrored and turned frames over eleven towns 5, 2 and 1 stated less than 10^-4, 10^-5 and 10^-6 (expected: 0.7,
+/// 0.07, 0.007); with this share of the logarithm 3 and 1 state less than 10^-3 and 10^-4 (6.6 and 0.7).
+const VOTE_TAIL_SHARE: f64 = 0.7;
+
 /// log10 of the NFA of a soft vote at a place whose correlation peak has this z-score: the tail of the vote given the peak, so that both NFAs
 /// can be multiplied. It never speaks against the peak.
 pub fn log10_soft_vote_nfa_given_peak(log10_vote_nfa: f64, z_score: f64) -> f64 {
+    let tail = if log10_vote_nfa < 0.0 { VOTE_TAIL_SHARE * log10_vote_nfa } else { log10_vote_nfa };
     let expected = VOTE_PER_STANDARD_DEVIATION * (z_score - VOTE_TRUE_Z_SCORE).max(0.0);
-    (log10_vote_nfa + expected).min(log10_vote_nfa.max(0.0))
+    (tail + expected).min(log10_vote_nfa.max(0.0))
 }
 
 /// log10 of the probability that Student's t with more than one degree of freedom exceeds a positive value: the leading term, which is
@@ -180,10 +186,11 @@ mod tests {
 
     #[test]
     fn a_vote_is_worth_less_where_the_whole_view_stands_out() {
-        // The two wrong places over towns that came nearest: 10^-3.85 and 10^-2.67 by the peak alone.
+        // The three wrong places over towns that came nearest: 10^-3.85, 10^-2.67 and 1 by the peak alone.
         let both = |peak: f64, vote: f64, z_score: f64| peak + log10_soft_vote_nfa_given_peak(vote, z_score);
-        assert!((both(-3.85, -1.52, 6.83) + 3.96).abs() < 0.01 && (both(-2.67, -1.26, 6.33) + 2.77).abs() < 0.01);
-        assert_eq!(log10_soft_vote_nfa_given_peak(-7.0, 4.0), -7.0);
+        assert!((both(-3.85, -1.52, 6.83) + 3.85).abs() < 0.01 && (both(-2.67, -1.26, 6.33) + 2.67).abs() < 0.01);
+        assert!((both(0.0, -7.04, 4.4) + 4.73).abs() < 0.01);
+        assert!((log10_soft_vote_nfa_given_peak(-10.0, 4.0) + 7.0).abs() < 1e-12);
         assert_eq!(both(-9.0, -1.5, 12.0), -9.0, "never against the peak");
         assert_eq!(log10_soft_vote_nfa_given_peak(1.5, 6.0), 1.5);
     }
