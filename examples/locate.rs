@@ -5,7 +5,7 @@
 //! cargo run --release --example locate -- map.gpkg   # over a store of the same ground
 //! ```
 
-use overfly_core::camera::{Attitude, CameraFile, View};
+use overfly_core::camera::{Attitude, CameraFile, Height, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_flight::frame::read_frame;
 use overfly_flight::locate::candidates::default_layer;
@@ -34,7 +34,7 @@ fn main() -> anyhow::Result<()> {
         heading: Some(HeadingPrior { heading_rad: 271.6f64.to_radians(), sigma_rad: 3f64.to_radians() }),
         view: View::Posed {
             intrinsics: camera.intrinsics(),
-            height_agl_m: 500.4,
+            height: Height::AboveGround(500.4),
             attitude: Attitude::new(Some(1.17f64.to_radians()), Some(0.0), Some(0.1f64.to_radians())),
         },
         scale_sigma_ratio: 0.03,

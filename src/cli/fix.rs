@@ -15,7 +15,8 @@ use overfly_core::pixels::Gray;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
 use overfly_flight::locate::candidates::CandidatesError;
 use overfly_flight::locate::{
-    Answer, CancellationToken, FixParameters, FixRequest, Hints, Reason, hints, locate, locate_traced, requested_layer,
+    Answer, CancellationToken, FixParameters, FixRequest, Hints, Reason, ViewParameters, hints, locate, locate_traced,
+    requested_layer,
 };
 use overfly_store::Reader;
 use std::path::PathBuf;
@@ -71,6 +72,12 @@ pub struct Args {
     heading_sigma_deg: f64,
     #[command(flatten)]
     viewpoint: Viewpoint,
+    /// Instead of --height-m: height above mean sea level (EGM2008), metres; requires --camera, and a store with terrain.
+    #[arg(long, value_name = "M", value_parser = any, conflicts_with_all = ["height_m", "gsd_m_per_px"], requires = "camera")]
+    height_msl_m: Option<f64>,
+    /// Instead of --height-m: height above the WGS84 ellipsoid, metres; requires --camera, and a store with terrain.
+    #[arg(long, value_name = "M", value_parser = any, conflicts_with_all = ["height_m", "gsd_m_per_px", "height_msl_m"], requires = "camera")]
+    height_ellipsoidal_m: Option<f64>,
     /// One standard deviation of the height or ground sample distance, as a ratio in (0, 0.3]: 0.03 is 3 %.
     #[arg(long, value_name = "RATIO", value_parser = any, default_value_t = 0.03)]
     height_sigma_ratio: f64,
@@ -167,9 +174,14 @@ impl Args {
 
     /// The flags as the library takes them; the library checks the values.
     fn parameters(&self) -> Result<FixParameters, Failure> {
-        let view = self.viewpoint.parameters()?;
-        if view.gsd_m_per_px.is_none() && view.height_m.is_none() {
-            let reason = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera";
+        let view = ViewParameters {
+            height_msl_m: self.height_msl_m,
+            height_ellipsoidal_m: self.height_ellipsoidal_m,
+            ..self.viewpoint.parameters()?
+        };
+        let heights = [view.height_m, view.height_msl_m, view.height_ellipsoidal_m];
+        if view.gsd_m_per_px.is_none() && heights.iter().all(Option::is_none) {
+            let reason = "state how large a pixel is on the ground: --gsd-m-per-px, or --height-m with --camera; over a store with terrain also --height-msl-m";
             return Err(Failure::unusable("no_scale", anyhow::anyhow!(reason)));
         }
         Ok(FixParameters {

@@ -16,7 +16,7 @@ pub struct Viewpoint {
     #[arg(long, value_name = "M", value_parser = metres, requires = "camera")]
     height_m: Option<f64>,
     /// The camera's intrinsics: a camera.toml.
-    #[arg(long, value_name = "FILE", requires = "height_m")]
+    #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Pitch of the camera off nadir, degrees in [-45, 45], positive ahead.
     #[arg(long, value_name = "DEG", value_parser = any, allow_hyphen_values = true, requires = "camera")]
@@ -43,6 +43,7 @@ impl Viewpoint {
             camera: camera.map(|camera| camera.intrinsics()),
             pitch_deg: self.pitch_deg,
             roll_deg: self.roll_deg,
+            ..ViewParameters::default()
         })
     }
 }

@@ -200,7 +200,7 @@ fn locate_status(error: &LocateError) -> StatusCode {
 
 fn store_status(error: &StoreError) -> StatusCode {
     match error {
-        StoreError::NoLayer { .. } => StatusCode::NOT_FOUND,
+        StoreError::NoLayer { .. } | StoreError::Heights { .. } => StatusCode::NOT_FOUND,
         StoreError::LayerName { .. } | StoreError::LayerExists { .. } => StatusCode::BAD_REQUEST,
         StoreError::Unfinished { .. } => StatusCode::CONFLICT,
         StoreError::Busy { .. }

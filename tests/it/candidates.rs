@@ -30,6 +30,7 @@ fn write(path: &Path, layer: &str, tiles: &BTreeSet<TileId>) {
         base_zoom: zoom,
         min_zoom: zoom,
         terms: Terms::default(),
+        terrain: None,
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration).unwrap();
     for &tile in tiles {
@@ -261,6 +262,7 @@ fn a_coarse_ground_sample_distance_chooses_a_coarse_level() {
         base_zoom: 16,
         min_zoom: 14,
         terms: Terms::default(),
+        terrain: None,
     };
     let mut writer = Writer::begin(&path, CONTRACT, declaration).unwrap();
     let mut tile = Some(base);

@@ -1,7 +1,7 @@
 //! A fix is right or is none: on the project's own drawn tiles always, on real imagery on demand.
 
 use super::needs::real_data;
-use overfly_core::camera::{Attitude, Intrinsics, View};
+use overfly_core::camera::{Attitude, Height, Intrinsics, View};
 use overfly_core::geodesy::{EnuCovariance, Geodetic};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
@@ -158,7 +158,7 @@ fn a_camera_that_sees_the_horizon_gives_no_fix() {
     let view = View::Posed {
         // 51 degrees from the centre to the upper edge, and 45 degrees of pitch.
         intrinsics: Intrinsics::centred(width, height, 0.4 * f64::from(height)),
-        height_agl_m: 500.0,
+        height: Height::AboveGround(500.0),
         attitude: Attitude::exact(45f64.to_radians(), 0.0),
     };
     let answer = locate(drawn(), &frame, &FixRequest { view, ..request }, 2).unwrap();
@@ -168,10 +168,12 @@ fn a_camera_that_sees_the_horizon_gives_no_fix() {
 #[test]
 fn the_nadir_carries_the_attitude_and_the_centre_does_not() {
     let (frame, request) = drawn_frame(3);
-    let View::Posed { intrinsics, height_agl_m, attitude } = &request.view else { panic!("a pose") };
+    let View::Posed { intrinsics, height: Height::AboveGround(height_agl_m), attitude } = &request.view else {
+        panic!("a pose")
+    };
     let located = |sigma_deg: f64| {
         let attitude = Attitude { sigma_rad: sigma_deg.to_radians(), ..*attitude };
-        let view = View::Posed { intrinsics: intrinsics.clone(), height_agl_m: *height_agl_m, attitude };
+        let view = View::Posed { intrinsics: intrinsics.clone(), height: Height::AboveGround(*height_agl_m), attitude };
         match locate(drawn(), &frame, &FixRequest { view, ..request.clone() }, 2).unwrap() {
             Answer::Fix(fix) => fix,
             Answer::NoFix(no_fix) => panic!("{no_fix:?}"),

@@ -180,8 +180,14 @@ fn store_with_a_layer_called_any(folder: &Path) -> PathBuf {
     store_of(&plain, "ortho", &tiles, 7);
     let store = Reader::open(&plain).unwrap();
     let layer = store.layer("ortho").unwrap();
-    let head =
-        LayerHead { name: "any".into(), base_zoom: 12, min_zoom: 12, zoom_override: None, terms: Default::default() };
+    let head = LayerHead {
+        name: "any".into(),
+        base_zoom: 12,
+        min_zoom: 12,
+        zoom_override: None,
+        terms: Default::default(),
+        terrain: None,
+    };
     let draft = Extract::begin(&folder.join("draft"), CONTRACT).unwrap();
     draft.begin_layer(&head).unwrap();
     for tile in tiles {

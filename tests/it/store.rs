@@ -43,6 +43,7 @@ fn declaration(layer: &str, sources: Vec<Source>, zoom: u8) -> Declaration {
         base_zoom: zoom,
         min_zoom: zoom,
         terms: Terms::default(),
+        terrain: None,
     }
 }
 

@@ -213,6 +213,7 @@ impl overfly_fix_request {
                 pitch_deg: stated(self.pitch_deg),
                 roll_deg: stated(self.roll_deg),
                 attitude_sigma_deg: stated(self.attitude_sigma_deg),
+                ..ViewParameters::default()
             },
             height_sigma_ratio: stated(self.scale_sigma_ratio),
             ..FixParameters::default()

@@ -1,7 +1,7 @@
 //! The C interface answers as the library does, refuses bad arguments, and its header is the committed one.
 
 use overfly_capi::*;
-use overfly_core::camera::{Attitude, Intrinsics, View};
+use overfly_core::camera::{Attitude, Height, Intrinsics, View};
 use overfly_core::geodesy::Geodetic;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
@@ -86,7 +86,7 @@ fn located(frame: &Gray) -> Fix {
                 principal_point_px: camera.principal_point_px,
                 distortion: camera.distortion,
             },
-            height_agl_m: 500.4,
+            height: Height::AboveGround(500.4),
             attitude: Attitude::new(Some(1.17f64.to_radians()), Some(0.0), Some(0.1f64.to_radians())),
         },
         scale_sigma_ratio: 0.03,

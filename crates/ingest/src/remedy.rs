@@ -37,6 +37,12 @@ pub enum Remedy {
     FetchAgain,
     /// State which sample values are shown as black and white.
     StateStretch,
+    /// State the surface that the heights are above.
+    StateTerrainDatum,
+    /// Bring all heights to one surface, or build the terrain anew.
+    OneTerrainDatum,
+    /// Convert the heights to metres.
+    HeightsInMetres,
     /// Check the source's mask, nodata value and pixel size.
     CheckValidPixels,
     /// Name files or folders of orthophotos.

@@ -5,7 +5,7 @@ use super::footprint_rows;
 use super::hashing;
 use super::imagery::{self, EncodedTile};
 use super::source::Source;
-use super::{StoreError, digest};
+use super::{StoreError, digest, heights};
 use overfly_core::feature::describe_cells;
 use overfly_core::feature::keypoint::{self, Keypoints};
 use overfly_core::pixels::{Mask, MaskOutline, MaskedColour};
@@ -20,8 +20,8 @@ pub struct TileContent {
     pub image: EncodedTile,
     /// Encoded keypoints: `None` for an overview.
     pub descriptors: Option<Vec<u8>>,
-    /// Cells (`feature::describe_cells`) as bytes.
-    pub cells: Vec<u8>,
+    /// Cells (`feature::describe_cells`) as bytes: `None` for heights.
+    pub cells: Option<Vec<u8>>,
     /// Content hashes of the visible sources, hexadecimal, newest first, separated by spaces.
     pub sources: String,
     /// Newest acquisition date of the visible sources, if known.
@@ -54,19 +54,41 @@ impl TileContent {
         let cells = cells_blob(pixels);
         let described = descriptors.as_deref().unwrap_or_default();
         let content_hash = digest::content_hash(media_type, &bytes, described, Some(&cells));
-        let hashes: Vec<_> = seen.iter().map(|s| hashing::hex(&s.content_hash)).collect();
         Ok(Self {
-            image: EncodedTile { media_type, bytes, content_hash },
             descriptors,
-            cells,
-            sources: hashes.join(" "),
-            acquired: seen.iter().filter_map(|s| s.acquired.clone()).max(),
-            valid_fraction: pixels.mask.valid_fraction(),
-            horizontal_error_m: seen.iter().map(|s| s.horizontal_error_m).reduce(larger_error).flatten(),
-            valid_outline: outline_of(&pixels.mask),
+            cells: Some(cells),
             keypoints: keypoints.map_or(0, |k| k.points.len() as u32),
             distinctiveness: keypoints.map_or(0.0, keypoint::distinctiveness),
+            ..Self::undescribed(EncodedTile { media_type, bytes, content_hash }, &pixels.mask, seen)
         })
+    }
+
+    /// As [`TileContent::encode`], for a tile of heights: red and green of a pixel are the higher and the lower byte of its step
+    /// ([`super::step_of`]).
+    ///
+    /// # Errors
+    /// [`StoreError::Encode`].
+    pub fn encode_heights(tile: TileId, pixels: &MaskedColour, seen: &[&Source]) -> Result<Self, StoreError> {
+        let (media_type, bytes) = ("image/png", heights::encode(tile, pixels)?);
+        let content_hash = digest::content_hash(media_type, &bytes, &[], None);
+        Ok(Self::undescribed(EncodedTile { media_type, bytes, content_hash }, &pixels.mask, seen))
+    }
+
+    /// A tile without descriptors and cells.
+    fn undescribed(image: EncodedTile, mask: &Mask, seen: &[&Source]) -> Self {
+        let hashes: Vec<_> = seen.iter().map(|s| hashing::hex(&s.content_hash)).collect();
+        Self {
+            image,
+            descriptors: None,
+            cells: None,
+            sources: hashes.join(" "),
+            acquired: seen.iter().filter_map(|s| s.acquired.clone()).max(),
+            valid_fraction: mask.valid_fraction(),
+            horizontal_error_m: seen.iter().map(|s| s.horizontal_error_m).reduce(larger_error).flatten(),
+            valid_outline: outline_of(mask),
+            keypoints: 0,
+            distinctiveness: 0.0,
+        }
     }
 
     /// Returns the footprint of this content at `tile`.

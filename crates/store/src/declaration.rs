@@ -1,6 +1,7 @@
 //! `Declaration`: what a build will make of a layer, stated before it writes the first tile.
 
 use super::terms::Terms;
+use super::terrain::Terrain;
 use super::{Source, digest};
 
 /// A layer as a build declares it.
@@ -18,6 +19,8 @@ pub struct Declaration {
     pub min_zoom: u8,
     /// Under what terms the imagery may be used.
     pub terms: Terms,
+    /// What the layer states of its heights, where it is one of heights.
+    pub terrain: Option<Terrain>,
 }
 
 impl Declaration {
@@ -30,6 +33,7 @@ impl Declaration {
         for source in sources {
             digest::hash_source(&mut hasher, source);
         }
+        digest::hash_terrain(&mut hasher, self.terrain.as_ref());
         hasher.finalize().into()
     }
 }

@@ -7,6 +7,7 @@ use super::footprint_rows;
 use super::hashing::{error_bits, optional, place, text};
 use super::layer::Layer;
 use super::terms::Terms;
+use super::terrain::Terrain;
 use super::versions::PLACES_SINCE;
 use blake3::Hasher;
 use rusqlite::Connection;
@@ -40,11 +41,13 @@ pub(super) struct LayerHashed<'a> {
     pub base_zoom: u8,
     pub min_zoom: u8,
     pub terms: &'a Terms,
+    pub terrain: Option<&'a Terrain>,
 }
 
 impl<'a> From<&'a Layer> for LayerHashed<'a> {
     fn from(layer: &'a Layer) -> Self {
-        Self { name: &layer.name, base_zoom: layer.base_zoom, min_zoom: layer.min_zoom, terms: &layer.terms }
+        let Layer { name, base_zoom, min_zoom, terms, terrain, .. } = layer;
+        Self { name, base_zoom: *base_zoom, min_zoom: *min_zoom, terms, terrain: terrain.as_ref() }
     }
 }
 
@@ -109,7 +112,17 @@ pub(super) fn layer_hasher(layer: &LayerHashed<'_>, version: u32, sources: &[Sou
         let error_m = if binds_places { source.horizontal_error_m } else { Some(unsigned_error(source)) };
         hash_source_with(&mut hasher, source, error_bits(error_m));
     }
+    hash_terrain(&mut hasher, layer.terrain);
     hasher
+}
+
+/// Adds what a layer states of its heights; nothing for imagery.
+pub(super) fn hash_terrain(hasher: &mut Hasher, terrain: Option<&Terrain>) {
+    if let Some(Terrain { vertical_datum, vertical_error_m }) = terrain {
+        text(hasher, b"terrain");
+        text(hasher, vertical_datum.word().as_bytes());
+        hasher.update(&error_bits(*vertical_error_m));
+    }
 }
 
 /// A level of a layer, in a store of a format version.

@@ -98,6 +98,14 @@ pub enum StoreError {
         /// The names of its layers.
         known: String,
     },
+    /// A layer of heights, where imagery is needed.
+    #[error("{path}: layer {name} holds heights, not imagery", path = path.display())]
+    Heights {
+        /// The store.
+        path: PathBuf,
+        /// The layer.
+        name: String,
+    },
     /// A name that is not allowed for a layer.
     #[error(
         "invalid layer name {name:?}: a name has 1 to 40 of the characters a-z 0-9 _ -, starts with a letter or digit, does not start with overfly_, gpkg_, rtree_ or sqlite_, and is neither footprints nor any, which stands for all layers"
@@ -278,7 +286,7 @@ impl StoreError {
             Self::SideFile { .. } => "side_file",
             Self::LeftInWal { .. } => "side_file",
             Self::HotJournal { .. } => "unfinished_build",
-            Self::NoLayer { .. } => "no_such_layer",
+            Self::NoLayer { .. } | Self::Heights { .. } => "no_such_layer",
             Self::LayerName { .. } => "layer_name",
             Self::LayerExists { .. } => "layer_exists",
             Self::Denied { .. } => "permission_denied",
@@ -326,6 +334,7 @@ impl StoreError {
             | Self::LeftInWal { .. }
             | Self::HotJournal { .. }
             | Self::NoLayer { .. }
+            | Self::Heights { .. }
             | Self::LayerName { .. }
             | Self::LayerExists { .. }
             | Self::Denied { .. }
@@ -365,6 +374,7 @@ impl StoreError {
             Self::InTheWay { .. } => StoreRemedy::RenameOrRemove,
             Self::SameFile { .. } => StoreRemedy::ChooseOtherPath,
             Self::NoLayer { .. }
+            | Self::Heights { .. }
             | Self::LayerName { .. }
             | Self::CutOff { .. }
             | Self::Encode { .. }

@@ -12,6 +12,7 @@ use super::layer::{self, Layer};
 use super::level::LevelDigests;
 use super::source::{self, SourceTable};
 use super::terms::Terms;
+use super::terrain::Terrain;
 use super::tile_rows::{TileRows, insert_tile};
 use super::{
     FORMAT_VERSION, Footprint, Reader, Source, StoreError, StoredTile, cells, finish, geopackage, imagery, manifest,
@@ -24,7 +25,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Name and levels of a layer.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayerHead {
     /// Name.
@@ -38,6 +39,9 @@ pub struct LayerHead {
     /// Under what terms its imagery may be used.
     #[serde(default, skip_serializing_if = "Terms::is_empty")]
     pub terms: Terms,
+    /// What it states of its heights, where it is a layer of heights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<Terrain>,
 }
 
 /// The part of a layer to copy.
@@ -126,6 +130,7 @@ impl Extract {
             min_zoom: part.min_zoom,
             zoom_override: None,
             terms: known.terms.clone(),
+            terrain: known.terrain,
         };
         self.begin_layer(&head)?;
         let mut seen = HashSet::new();
@@ -195,8 +200,8 @@ impl Extract {
     /// Where a source is given twice, or the disk is full.
     pub fn end_layer(&self, head: &LayerHead, mut sources: Vec<Source>) -> Result<(), StoreError> {
         sources.sort_by_key(|s| s.content_hash);
-        let LayerHead { name, base_zoom, min_zoom, zoom_override, terms } = head.clone();
-        let declaration = Declaration { layer: name, sources, zoom_override, base_zoom, min_zoom, terms };
+        let LayerHead { name, base_zoom, min_zoom, zoom_override, terms, terrain } = head.clone();
+        let declaration = Declaration { layer: name, sources, zoom_override, base_zoom, min_zoom, terms, terrain };
         let end = || -> rusqlite::Result<()> {
             for one in &declaration.sources {
                 source::insert(&self.connection, self.version, &declaration.layer, SourceTable::Finished, one)?;

@@ -8,7 +8,7 @@ use super::footprint_rows;
 use super::source::{self, SourceTable};
 use super::tile_rows::clear_tile;
 use super::versions::PLACES_SINCE;
-use super::{FORMAT_VERSION, StoreError, digest, geopackage, verify};
+use super::{FORMAT_VERSION, StoreError, coverage, digest, geopackage, terrain, verify};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, params};
 use std::path::Path;
@@ -119,6 +119,7 @@ pub(super) fn remove(connection: &Connection, layer: &str) -> rusqlite::Result<(
     }
     connection.execute("DELETE FROM overfly_layers WHERE name = ?1", [layer])?;
     geopackage::withdraw(connection, layer)?;
+    coverage::withdraw(connection, layer)?;
     connection.execute_batch(&format!("DROP TABLE IF EXISTS \"{layer}\""))?;
     geopackage::declare_footprints(connection)
 }
@@ -148,7 +149,7 @@ fn remove_footprints(connection: &Connection, layer: &str) -> rusqlite::Result<(
 
 /// Writes the row of a layer and its GeoPackage declaration from the contents of its tables. Returns the number of tiles.
 pub(super) fn declare(connection: &Connection, version: u32, declaration: &Declaration) -> rusqlite::Result<u64> {
-    let Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms } = declaration;
+    let Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms, terrain } = declaration;
     let base: Vec<TileId> = connection
         .prepare("SELECT zoom, tile_column, tile_row FROM footprints WHERE layer = ?1 AND zoom = ?2")?
         .query_map(params![layer, base_zoom], |row| footprint_rows::tile_at(row, 0))?
@@ -156,7 +157,8 @@ pub(super) fn declare(connection: &Connection, version: u32, declaration: &Decla
     let tiles: u32 =
         connection.query_row("SELECT count(*) FROM footprints WHERE layer = ?1", [layer], |row| row.get(0))?;
     let (bounds, bounds_deg) = extent(&base);
-    let hashed = LayerHashed { name: layer, base_zoom: *base_zoom, min_zoom: *min_zoom, terms };
+    let hashed =
+        LayerHashed { name: layer, base_zoom: *base_zoom, min_zoom: *min_zoom, terms, terrain: terrain.as_ref() };
     let digest = digest::layer_digest(connection, &hashed, version, sources)?;
     if version >= PLACES_SINCE {
         let set = "UPDATE overfly_layers SET licence = ?2, attribution = ?3 WHERE name = ?1";
@@ -182,6 +184,7 @@ pub(super) fn declare(connection: &Connection, version: u32, declaration: &Decla
     )?;
     let newest = sources.iter().filter_map(|s| s.acquired.as_deref()).max();
     geopackage::declare(connection, layer, *min_zoom..=*base_zoom, &bounds, &geopackage::last_change(newest))?;
+    terrain::declare(connection, layer, terrain.as_ref())?;
     Ok(tiles.into())
 }
 

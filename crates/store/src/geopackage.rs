@@ -105,7 +105,7 @@ pub(super) fn declare_footprints(connection: &Connection) -> rusqlite::Result<()
     connection.execute(
         "UPDATE gpkg_contents SET (min_x, min_y, max_x, max_y, last_change) = (
              SELECT min(min_x), min(min_y), max(max_x), max(max_y), coalesce(max(last_change), '1970-01-01T00:00:00.000Z')
-             FROM gpkg_contents WHERE data_type = 'tiles')
+             FROM gpkg_contents WHERE data_type IN ('tiles', '2d-gridded-coverage'))
          WHERE table_name = 'footprints'",
         [],
     )?;

@@ -1,6 +1,7 @@
 //! `GroundCache`: the decoded and described tiles that a reader caches.
 
 use super::CacheLimits;
+use super::terrain::HeightCache;
 use super::tile_cache::TileCache;
 use overfly_core::feature::Structure;
 use overfly_core::pixels::{Gray, Mask};
@@ -13,12 +14,17 @@ pub(super) type GrayTile = (Gray, Mask);
 pub(super) struct GroundCache {
     pub grays: TileCache<GrayTile>,
     pub structures: TileCache<Structure>,
+    pub heights: HeightCache,
 }
 
 impl GroundCache {
     /// Makes empty caches within the limits.
     pub fn new(limits: &CacheLimits) -> Self {
         let [grays, structures] = limits.tile_counts();
-        Self { grays: TileCache::new(grays), structures: TileCache::new(structures) }
+        Self {
+            grays: TileCache::new(grays),
+            structures: TileCache::new(structures),
+            heights: TileCache::new(grays / 4),
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::StoreError;
 use super::terms::Terms;
-use super::versions::PLACES_SINCE;
+use super::terrain::{self, Terrain};
+use super::versions::{PLACES_SINCE, TERRAIN_SINCE};
 use overfly_core::geodesy::{GeodeticBounds, bounds_as_array};
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row};
@@ -35,6 +36,9 @@ pub struct Layer {
     /// Under what terms its imagery may be used.
     #[serde(flatten)]
     pub terms: Terms,
+    /// What it states of its heights, where it holds heights and not imagery.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<Terrain>,
 }
 
 impl Layer {
@@ -84,11 +88,16 @@ pub(super) fn load_all(connection: &Connection, version: u32, path: &Path) -> Re
 /// As [`load_all`], for those who know no path. A name that no layer can have is content that cannot be converted.
 pub(super) fn load_rows(connection: &Connection, version: u32) -> rusqlite::Result<Vec<Layer>> {
     let terms = if version < PLACES_SINCE { "NULL, NULL" } else { "licence, attribution" };
+    let [datum, error_m] = match version {
+        ..TERRAIN_SINCE => ["NULL".to_owned(), "NULL".to_owned()],
+        _ => ["vertical_datum", "vertical_error_m"]
+            .map(|column| format!("(SELECT {column} FROM overfly_terrain t WHERE t.layer = l.name)")),
+    };
     let mut statement = connection.prepare(&format!(
         "SELECT name, base_zoom, min_zoom, base_tiles, tiles, west_deg, south_deg, east_deg, north_deg, complete,
                 digest,
                 (SELECT min(acquired) FROM overfly_sources s WHERE s.layer = l.name),
-                (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name), {terms}
+                (SELECT max(acquired) FROM overfly_sources s WHERE s.layer = l.name), {terms}, {datum}, {error_m}
          FROM overfly_layers l ORDER BY name",
     ))?;
     let layers = statement.query_map([], read)?.collect::<rusqlite::Result<Vec<_>>>()?;
@@ -119,6 +128,7 @@ fn read(row: &Row<'_>) -> rusqlite::Result<Layer> {
         complete: row.get(9)?,
         digest: digest.map(|d| super::hashing::hex(&d)),
         terms: Terms { licence: row.get(13)?, attribution: row.get(14)? },
+        terrain: terrain::read(row, 15)?,
     })
 }
 
@@ -150,6 +160,7 @@ mod tests {
             complete: true,
             digest: None,
             terms: Terms::default(),
+            terrain: None,
         };
         let mut layers =
             [("c", None), ("a", None), ("z", Some("2020-01-02")), ("y", Some("2020-01-02")), ("b", Some("2021-05-01"))]

@@ -9,7 +9,7 @@ use super::footprint_rows;
 use super::layer::{self, Layer};
 use super::source::{self, SourceTable};
 use super::terms::Terms;
-use super::{FORMAT_VERSION, Source, StoreError, finish, geopackage, hashing, manifest, reader};
+use super::{FORMAT_VERSION, Source, StoreError, coverage, finish, geopackage, hashing, manifest, reader};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, Transaction, TransactionBehavior, params};
 use std::collections::HashMap;
@@ -253,6 +253,7 @@ fn rename(connection: &Connection, layer: &Layer, to: &str) -> rusqlite::Result<
     }
     connection.execute("UPDATE overfly_layers SET name = ?2 WHERE name = ?1", [from, to])?;
     geopackage::rename(connection, from, to)?;
+    coverage::rename(connection, from, to)?;
     put_digest(connection, &Layer { name: to.into(), ..layer.clone() })
 }
 

@@ -1,18 +1,19 @@
 //! The format versions of a store: the SQL files of `migrations/`, applied in order, forward only.
 
-use super::versions::PLACES_SINCE;
+use super::versions::{PLACES_SINCE, TERRAIN_SINCE};
 use super::{StoreError, places};
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
 /// Version, name and SQL of each migration.
-const MIGRATIONS: [(u32, &str, &str); 6] = [
+const MIGRATIONS: [(u32, &str, &str); 7] = [
     (1, "geopackage", include_str!("../../../migrations/01-geopackage/up.sql")),
     (2, "store", include_str!("../../../migrations/02-store/up.sql")),
     (3, "cells", include_str!("../../../migrations/03-cells/up.sql")),
     (4, "manifest", include_str!("../../../migrations/04-manifest/up.sql")),
     (5, "extension-documents", include_str!("../../../migrations/05-extension-documents/up.sql")),
     (PLACES_SINCE, "places", include_str!("../../../migrations/06-places/up.sql")),
+    (TERRAIN_SINCE, "terrain", include_str!("../../../migrations/07-terrain/up.sql")),
 ];
 
 /// The format version that this program writes: the version of the last migration.

@@ -37,7 +37,15 @@ use std::path::{Path, PathBuf};
 /// let pixels = MaskedColour { colour: grey, mask: Mask::filled(512, 512, true) };
 /// let content = Some(TileContent::encode(tile, &pixels, &[], None)?);
 /// let layer = "ortho".to_owned();
-/// let declaration = Declaration { layer, sources: Vec::new(), zoom_override: None, base_zoom: 14, min_zoom: 14, terms: Terms::default() };
+/// let declaration = Declaration {
+///     layer,
+///     sources: Vec::new(),
+///     zoom_override: None,
+///     base_zoom: 14,
+///     min_zoom: 14,
+///     terms: Terms::default(),
+///     terrain: None,
+/// };
 /// let mut writer = Writer::begin(&path, CONTRACT, declaration)?;
 /// writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content })?;
 /// assert_eq!(writer.finish(&|_| true)?, Some(1));
@@ -269,6 +277,11 @@ impl Reader {
         &self.layers
     }
 
+    /// The finished layers of imagery by name: in these frames are located.
+    pub fn imagery_layers(&self) -> impl Iterator<Item = &Layer> {
+        self.finished_layers().filter(|l| l.terrain.is_none())
+    }
+
     /// The finished layers by name. Only these answer queries.
     pub fn finished_layers(&self) -> impl Iterator<Item = &Layer> {
         self.layers.iter().filter(|l| l.complete)
@@ -297,6 +310,18 @@ impl Reader {
             StoreError::NoLayer { path: self.path.clone(), name: name.into(), known: known.join(", ") }
         })?;
         self.require_complete(layer)?;
+        Ok(layer)
+    }
+
+    /// As [`Reader::layer`], for a layer of imagery.
+    ///
+    /// # Errors
+    /// As [`Reader::layer`], and [`StoreError::Heights`].
+    pub fn imagery_layer(&self, name: &str) -> Result<&Layer, StoreError> {
+        let layer = self.layer(name)?;
+        if layer.terrain.is_some() {
+            return Err(StoreError::Heights { path: self.path.clone(), name: name.into() });
+        }
         Ok(layer)
     }
 

@@ -37,7 +37,7 @@ impl StoredTile {
             media_type: made.image.media_type,
             image: made.image.bytes,
             descriptors: made.descriptors,
-            cells: Some(made.cells),
+            cells: made.cells,
         }
     }
 }

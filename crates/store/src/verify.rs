@@ -205,8 +205,8 @@ fn rtree(connection: &Connection) -> rusqlite::Result<Vec<String>> {
 fn declaration(connection: &Connection, layer: &Layer) -> rusqlite::Result<Vec<String>> {
     let mut problems = Vec::new();
     let contents: u32 = connection.query_row(
-        "SELECT count(*) FROM gpkg_contents WHERE table_name = ?1 AND data_type = 'tiles' AND srs_id = 3857",
-        [&layer.name],
+        "SELECT count(*) FROM gpkg_contents WHERE table_name = ?1 AND data_type = ?2 AND srs_id = 3857",
+        [layer.name.as_str(), if layer.terrain.is_some() { "2d-gridded-coverage" } else { "tiles" }],
         |row| row.get(0),
     )?;
     if contents != 1 {

@@ -225,7 +225,7 @@ fn stage(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite::R
             content.map(|c| c.keypoints),
             content.map(|c| c.distinctiveness),
             content.and_then(|c| c.descriptors.as_deref()),
-            content.map(|c| &c.cells),
+            content.and_then(|c| c.cells.as_deref()),
             footprint.as_ref().and_then(|f| f.valid_outline.as_ref()).map(MaskOutline::to_bytes),
             footprint.as_ref().map(|f| f.hash(layer)),
         ])?;
@@ -242,7 +242,7 @@ fn replace(connection: &Connection, layer: &str, built: &BuiltTile) -> rusqlite:
             footprint: &footprint,
             image: &content.image.bytes,
             descriptors: content.descriptors.as_deref(),
-            cells: Some(&content.cells),
+            cells: content.cells.as_deref(),
         };
         insert_tile(connection, FORMAT_VERSION, layer, &rows)?;
     }

@@ -27,6 +27,7 @@ fn declaration() -> Declaration {
         base_zoom: 9,
         min_zoom: 9,
         terms: Terms::default(),
+        terrain: None,
     }
 }
 

@@ -176,6 +176,7 @@ fn write(path: &Path, landscape: &Reader, blocks: &[Vec<BlockTile>], bytes: u64)
         base_zoom: layer.base_zoom,
         min_zoom: layer.base_zoom - LEVELS,
         terms: layer.terms.clone(),
+        terrain: None,
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration)?;
     let mut written = 0;

@@ -62,6 +62,7 @@ pub fn hostile_layer(path: &Path, layer: &str, tile: TileId, zeros: &[u8]) {
         base_zoom: tile.zoom(),
         min_zoom: tile.zoom(),
         terms: Terms::default(),
+        terrain: None,
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration).expect("a store of the rig");
     writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content: Some(content) }).expect("a store of the rig");

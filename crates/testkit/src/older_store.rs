@@ -17,6 +17,7 @@ pub fn older_copy(from: &Path, to: &Path, version: u32) {
             min_zoom: layer.min_zoom,
             zoom_override: state.zoom_override,
             terms: Terms::default(),
+            terrain: layer.terrain,
         };
         extract.begin_layer(&head).expect("a layer");
         for zoom in layer.min_zoom..=layer.base_zoom {

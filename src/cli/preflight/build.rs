@@ -8,8 +8,9 @@ use crate::cli::preflight::interrupt::Interrupt;
 use crate::cli::preflight::remedy::explain_rejected;
 use crate::today::today;
 use indicatif::ProgressBar;
+use overfly_core::geodesy::VerticalDatum;
 use overfly_ingest::build::{
-    self, BuildError, BuildEstimate, BuildSummary, OverriddenCrs, Progress, Rejected, Request,
+    self, BuildError, BuildEstimate, BuildSummary, OverriddenCrs, Progress, Rejected, Request, TerrainRequest,
 };
 use overfly_store::{LayerChange, Reader, StoreError, Terms, change_layer, while_waiting};
 use std::collections::BTreeMap;
@@ -28,6 +29,7 @@ Examples:
   overfly build --db map.gpkg photos/2018 --layer y2018 --date 2018-07-16 --horizontal-error-m 1.5
   overfly build --db map.gpkg scene_16bit.tif --stretch 0,4000
   overfly build --db map.gpkg --layer y2018 --remove-source photos/2018/old.tif
+  overfly build --db map.gpkg --terrain dem.tif --terrain-datum egm2008 --terrain-error-m 3
 
 Exit codes: 0 done; 1 failed, or a source was left out; 2 no usable source.";
 
@@ -62,6 +64,20 @@ pub struct Args {
     /// half a pixel, at least 3 m
     #[arg(long, value_name = "M", value_parser = number::metres, allow_hyphen_values = true)]
     horizontal_error_m: Option<f64>,
+    /// Heights of the ground: GeoTIFF files in metres, or folders to search for them. Frames are then laid on the relief, and heights
+    /// above sea or ellipsoid can be stated. May be repeated, and be built with or without imagery.
+    #[arg(long, value_name = "DEM")]
+    terrain: Vec<PathBuf>,
+    /// What the heights are above: egm96, egm2008 or ellipsoid [default: as the files state it]
+    #[arg(long, value_name = "DATUM", value_parser = datum, requires = "terrain")]
+    terrain_datum: Option<VerticalDatum>,
+    /// One standard deviation of the heights, metres, with what grows and stands on the ground [default: unknown; fixes then count
+    /// with 5 m]
+    #[arg(long, value_name = "M", value_parser = number::metres, allow_hyphen_values = true, requires = "terrain")]
+    terrain_error_m: Option<f64>,
+    /// Build the terrain from the given files only.
+    #[arg(long, requires = "terrain")]
+    replace_terrain: bool,
     /// Licence of the layer's imagery: an SPDX identifier, a name or a URL [default: as the layer has it]
     #[arg(long, value_name = "TEXT")]
     licence: Option<String>,
@@ -94,14 +110,28 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.say(&removed, || format!("{}: layer {layer} removed", args.db.display()));
         return Ok(Exit::Done);
     }
-    let request = request(args);
-    args.other_layers().iter().for_each(|text| output.note(text));
+    if args.builds_imagery() {
+        let exit = build_layer(&request(args), args, output)?;
+        if args.terrain.is_empty() || exit != Exit::Done {
+            return Ok(exit);
+        }
+    }
+    build_layer(&terrain(args).request()?, args, output)
+}
+
+/// Builds one layer, of imagery or of heights.
+fn build_layer(request: &Request, args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if request.terrain.is_none() {
+        args.other_layers().iter().for_each(|text| output.note(text));
+    }
     if args.dry_run {
-        let mut estimate = build::dry_run(&request)?;
+        let mut estimate = build::dry_run(request)?;
         explain_rejected(&mut estimate.rejected);
         name_rejected(output, &estimate.rejected);
-        name_undated(output, estimate.undated_sources, estimate.sources);
-        name_unknown_errors(output, estimate.unknown_errors, estimate.sources);
+        if request.terrain.is_none() {
+            name_undated(output, estimate.undated_sources, estimate.sources);
+            name_unknown_errors(output, estimate.unknown_errors, estimate.sources);
+        }
         name_overridden_crs(output, &estimate.overridden_crs);
         let size = format!("about {:.1} MB", estimate.estimated_bytes as f64 / 1e6);
         let tiles = estimate.base_tiles + estimate.overview_tiles;
@@ -122,13 +152,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         bar.set_position(state.done as u64);
         if interrupt.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let outcome = waiting(&request, (output, &bar, &interrupt), || build::run(&request, &mut progress));
+    let outcome = waiting(request, (output, &bar, &interrupt), || build::run(request, &mut progress));
     bar.finish_and_clear();
     let mut summary = outcome?;
     explain_rejected(&mut summary.rejected);
     name_rejected(output, &summary.rejected);
-    name_undated(output, summary.undated_sources, summary.sources);
-    name_unknown_errors(output, summary.unknown_errors, summary.sources);
+    if request.terrain.is_none() {
+        name_undated(output, summary.undated_sources, summary.sources);
+        name_unknown_errors(output, summary.unknown_errors, summary.sources);
+    }
     name_overridden_crs(output, &summary.overridden_crs);
     output.say(&summary, || describe(&summary));
     Ok(exit(&summary.rejected))
@@ -163,11 +195,16 @@ impl Args {
         self.layer.as_deref().unwrap_or("ortho")
     }
 
+    /// Whether there is imagery to build, and not only terrain.
+    fn builds_imagery(&self) -> bool {
+        self.terrain.is_empty() || !self.sources.is_empty() || !self.remove_source.is_empty()
+    }
+
     /// The warning that the build makes one more layer in a store that has others, where no layer is named: the name was forgotten.
     fn other_layers(&self) -> Option<String> {
         let store = Reader::open(&self.db).ok().filter(|_| self.layer.is_none())?;
-        let names: Vec<&str> = store.layers().iter().map(|layer| layer.name.as_str()).collect();
-        (!names.contains(&self.layer())).then(|| {
+        let names: Vec<&str> = store.imagery_layers().map(|layer| layer.name.as_str()).collect();
+        (!names.is_empty() && !names.contains(&self.layer())).then(|| {
             format!(
                 "WARNING: {} has other layers ({}), and this build makes one more, {}: --layer names the layer to build",
                 self.db.display(),
@@ -178,8 +215,29 @@ impl Args {
     }
 }
 
-fn request(args: &Args) -> Request {
+fn datum(word: &str) -> Result<VerticalDatum, String> {
+    VerticalDatum::parse(word).ok_or_else(|| "expected egm96, egm2008 or ellipsoid".into())
+}
+
+fn threads(args: &Args) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    args.threads.map_or_else(cores, usize::from)
+}
+
+fn terrain(args: &Args) -> TerrainRequest {
+    TerrainRequest {
+        db: args.db.clone(),
+        sources: args.terrain.clone(),
+        vertical_datum: args.terrain_datum,
+        vertical_error_m: args.terrain_error_m,
+        crs: args.crs.filter(|_| !args.builds_imagery()),
+        threads: threads(args),
+        replace: args.replace_terrain,
+        today: Some(today()),
+    }
+}
+
+fn request(args: &Args) -> Request {
     Request {
         db: args.db.clone(),
         layer: args.layer().to_owned(),
@@ -190,7 +248,8 @@ fn request(args: &Args) -> Request {
         stretch: args.stretch,
         horizontal_error_m: args.horizontal_error_m,
         terms: Terms { licence: args.licence.clone(), attribution: args.attribution.clone() },
-        threads: args.threads.map_or_else(cores, usize::from),
+        threads: threads(args),
+        terrain: None,
         replace_layer: args.replace_layer,
         remove_sources: args.remove_source.clone(),
         today: Some(today()),

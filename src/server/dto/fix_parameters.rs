@@ -37,6 +37,10 @@ pub(crate) struct FixParametersJson {
     pub gsd_m_per_px: Option<f64>,
     /// Height above ground, metres; needs `camera`.
     pub height_m: Option<f64>,
+    /// Instead of `height_m`: height above mean sea level (EGM2008), metres; needs `camera`, and a store with terrain.
+    pub height_msl_m: Option<f64>,
+    /// Instead of `height_m`: height above the WGS84 ellipsoid, metres; needs `camera`, and a store with terrain.
+    pub height_ellipsoidal_m: Option<f64>,
     /// The camera.
     #[schema(nullable = false)]
     pub camera: Option<IntrinsicsJson>,
@@ -77,6 +81,8 @@ impl From<&FixParametersJson> for FixParameters {
             view: ViewParameters {
                 gsd_m_per_px: given.gsd_m_per_px,
                 height_m: given.height_m,
+                height_msl_m: given.height_msl_m,
+                height_ellipsoidal_m: given.height_ellipsoidal_m,
                 camera: given.camera.as_ref().map(Intrinsics::from),
                 pitch_deg: given.pitch_deg,
                 roll_deg: given.roll_deg,

@@ -39,6 +39,17 @@ pub enum CameraError {
         /// The limit, degrees.
         limit_deg: f64,
     },
+    /// The height is stated above sea or ellipsoid, and the ground's own height is not known.
+    #[error(
+        "a height above sea or ellipsoid needs the ground's height: the store has no terrain there; state height_m above ground"
+    )]
+    NoGround,
+    /// The height is stated above sea or ellipsoid, and lies below the ground.
+    #[error("the stated height lies {:.0} m below the ground there", -height_m)]
+    BelowGround {
+        /// The height above ground that follows from it, metres.
+        height_m: f64,
+    },
     /// The frame has another aspect than the camera's image.
     #[error(
         "the frame is {width_px} x {height_px} px but the camera is {expected_width_px} x {expected_height_px} px; state the intrinsics of the frame itself"
@@ -60,6 +71,8 @@ impl CameraError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::NotPositive { .. } | Self::NotFinite { .. } | Self::AttitudeSigma { .. } => "bad_camera",
+            Self::NoGround => "no_terrain",
+            Self::BelowGround { .. } => "below_ground",
             Self::TooFarOffNadir { .. } => "too_far_off_nadir",
             Self::OtherAspect { .. } => "camera_does_not_fit_frame",
         }

@@ -1,6 +1,6 @@
 //! `View`, the stated attitude and scale of a frame, and `Camera`, the projection that follows from a view.
 
-use super::{Attitude, CameraDeviation, CameraError, Intrinsics};
+use super::{Attitude, CameraDeviation, CameraError, Height, Intrinsics};
 use crate::geodesy::BodyOffset;
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
@@ -17,8 +17,8 @@ pub enum View {
     Posed {
         /// Intrinsics; a frame of another size with the same aspect is scaled.
         intrinsics: Intrinsics,
-        /// Height above ground, metres.
-        height_agl_m: f64,
+        /// How high it flies.
+        height: Height,
         /// How far off nadir it looks.
         attitude: Attitude,
     },
@@ -38,7 +38,7 @@ impl View {
 /// The limit of pitch and roll: beyond it a view of flat ground cannot be compared with a map.
 const MAX_OFF_NADIR_DEG: f64 = 45.0;
 
-/// The projection between a frame and flat ground: intrinsics at the frame's size, height, pitch and roll. The heading
+/// The projection between a frame and the ground: intrinsics at the frame's size, height, pitch and roll. The heading
 /// is not part of the camera: ground points are offsets in the aircraft's own level axes from the nadir.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
@@ -72,9 +72,10 @@ impl Camera {
                     origin: BodyOffset::default(),
                 })
             }
-            View::Posed { intrinsics, height_agl_m, attitude } => {
+            View::Posed { intrinsics, height, attitude } => {
                 intrinsics.check()?;
-                positive("height_m", *height_agl_m)?;
+                let height_agl_m = height.above_ground_m().ok_or(CameraError::NoGround)?;
+                positive("height_m", height_agl_m)?;
                 let [pitch_rad, roll_rad] = attitude.assumed_rad();
                 let limit_rad = MAX_OFF_NADIR_DEG.to_radians();
                 if !(pitch_rad.abs() <= limit_rad && roll_rad.abs() <= limit_rad) {
@@ -86,7 +87,7 @@ impl Camera {
                 }
                 Ok(Self {
                     intrinsics: intrinsics.scaled_to(width_px, height_px)?,
-                    height_agl_m: *height_agl_m,
+                    height_agl_m,
                     tilt_rad: [pitch_rad, roll_rad],
                     camera_from_body: camera_from_body(pitch_rad, roll_rad),
                     origin: BodyOffset::default(),
@@ -145,8 +146,14 @@ impl Camera {
     /// The frame position, pixels, of a ground point given by its offset from the nadir; `None` behind the camera or
     /// outside the lens model.
     pub fn frame_from_body(&self, ground: BodyOffset) -> Option<[f64; 2]> {
+        self.frame_from_ground(ground, 0.0)
+    }
+
+    /// As [`Camera::frame_from_body`], for a point `rise_m` above the reference; also `None` at and above the camera's height.
+    #[inline]
+    pub fn frame_from_ground(&self, ground: BodyOffset, rise_m: f64) -> Option<[f64; 2]> {
         let (right_m, ahead_m) = (ground.right_m + self.origin.right_m, ground.ahead_m + self.origin.ahead_m);
-        let p = self.camera_from_body * Vector3::new(right_m, ahead_m, -self.height_agl_m);
+        let p = self.camera_from_body * Vector3::new(right_m, ahead_m, rise_m - self.height_agl_m);
         (p.z > 1e-9 * self.height_agl_m).then(|| self.intrinsics.frame_from_ray([p.x / p.z, p.y / p.z])).flatten()
     }
 
@@ -158,6 +165,11 @@ impl Camera {
             right_m: -ray.x / ray.z * self.height_agl_m - self.origin.right_m,
             ahead_m: -ray.y / ray.z * self.height_agl_m - self.origin.ahead_m,
         })
+    }
+
+    /// The height above the reference, metres.
+    pub fn height_agl_m(&self) -> f64 {
+        self.height_agl_m
     }
 
     /// The ray (x / z, y / z) of a frame position, pixels, in the camera's axes right, down and forward.
@@ -202,9 +214,21 @@ impl Camera {
     /// The frame's corners on the ground, as offsets from the nadir, clockwise from the upper left; `None` where a corner
     /// looks above the horizon.
     pub fn footprint_in_body(&self) -> Option<[BodyOffset; 4]> {
+        self.footprint_at_rise(0.0)
+    }
+
+    /// As [`Camera::footprint_in_body`], on ground `rise_m` above the reference; at most the camera's height.
+    pub fn footprint_at_rise(&self, rise_m: f64) -> Option<[BodyOffset; 4]> {
         let (w, h) = self.frame_size_px();
         let (w, h) = (f64::from(w), f64::from(h));
-        let corner = |x, y| self.body_from_frame([x, y]);
+        let share = (1.0 - rise_m / self.height_agl_m).max(0.0);
+        // The nadir keeps its place: it lies at minus the origin.
+        let scaled = |offset_m: f64, origin_m: f64| (offset_m + origin_m) * share - origin_m;
+        let corner = |x, y| {
+            let BodyOffset { right_m, ahead_m } = self.body_from_frame([x, y])?;
+            let (right_m, ahead_m) = (scaled(right_m, self.origin.right_m), scaled(ahead_m, self.origin.ahead_m));
+            Some(BodyOffset { right_m, ahead_m })
+        };
         Some([corner(0.0, 0.0)?, corner(w, 0.0)?, corner(w, h)?, corner(0.0, h)?])
     }
 }
@@ -217,11 +241,11 @@ pub struct DeviatedCamera {
 }
 
 impl DeviatedCamera {
-    /// The ground point of a ray (x / z, y / z), as an offset from the nadir; `None` above the horizon.
-    pub fn body_from_ray(&self, [x, y]: [f64; 2]) -> Option<BodyOffset> {
+    /// The point of a ray (x / z, y / z) on ground `rise_m` above the reference, as an offset from the nadir; `None` above the horizon.
+    pub fn body_from_ray(&self, [x, y]: [f64; 2], rise_m: f64) -> Option<BodyOffset> {
         let ray = self.body_from_camera * Vector3::new(x, y, 1.0);
-        (ray.z < -1e-6)
-            .then(|| BodyOffset { right_m: -ray.x / ray.z * self.height_m, ahead_m: -ray.y / ray.z * self.height_m })
+        let drop_m = self.height_m - rise_m;
+        (ray.z < -1e-6).then(|| BodyOffset { right_m: -ray.x / ray.z * drop_m, ahead_m: -ray.y / ray.z * drop_m })
     }
 }
 
@@ -249,7 +273,7 @@ mod tests {
     fn posed(pitch_deg: f64, roll_deg: f64) -> Camera {
         let view = View::Posed {
             intrinsics: Intrinsics::centred(400, 300, 500.0),
-            height_agl_m: 1000.0,
+            height: Height::AboveGround(1000.0),
             attitude: Attitude::exact(pitch_deg.to_radians(), roll_deg.to_radians()),
         };
         Camera::new(&view, 400, 300).unwrap()

@@ -28,6 +28,8 @@ pub struct Correspondence {
     pub map_px: Vector2<f64>,
     /// Inverse covariance of `map_px` up to a common factor, per px^2.
     pub information: Matrix2<f64>,
+    /// How far the ground there rises above that under the image's centre, metres; 0 where no relief is known.
+    pub rise_m: f64,
 }
 
 /// Where the search for the camera begins, and what is known of it.
@@ -225,7 +227,7 @@ impl<'a> Resecting<'a> {
         Some(Projection {
             deviation,
             camera,
-            centre: camera.body_from_ray(deviation.ray(self.centre_ray, self.mean_square))?,
+            centre: camera.body_from_ray(deviation.ray(self.centre_ray, self.mean_square), 0.0)?,
             axes: BodyFrame::from_heading_rad(self.start.heading_rad + at[2]),
             centre_px: Vector2::new(at[0], at[1]),
         })
@@ -233,7 +235,8 @@ impl<'a> Resecting<'a> {
 
     /// The residual of a correspondence, map px; `None` above the horizon.
     fn residual(&self, index: usize, by: &Projection) -> Option<Vector2<f64>> {
-        let point = by.camera.body_from_ray(by.deviation.ray(self.rays[index], self.mean_square))?;
+        let ray = by.deviation.ray(self.rays[index], self.mean_square);
+        let point = by.camera.body_from_ray(ray, self.correspondences[index].rise_m)?;
         let offset = by.axes.enu_from_body(point - by.centre);
         let predicted = by.centre_px + self.start.px_from_enu * Vector2::new(offset.east_m, offset.north_m);
         Some(self.correspondences[index].map_px - predicted)
@@ -312,7 +315,7 @@ mod tests {
     fn camera() -> Camera {
         let view = View::Posed {
             intrinsics: Intrinsics::centred(256, 192, 400.0),
-            height_agl_m: 2200.0,
+            height: Height::AboveGround(2200.0),
             attitude: Attitude::exact(0.0, 0.0),
         };
         Camera::new(&view, 256, 192).unwrap()

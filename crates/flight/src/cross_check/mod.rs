@@ -61,7 +61,7 @@ impl CrossCheck {
     /// # Errors
     /// [`LocateError::Store`] where a tile cannot be read.
     pub fn new(store: &Reader, threads: usize, report: &dyn Fn(u64, u64)) -> Result<Self, LocateError> {
-        let layers: Vec<&Layer> = store.finished_layers().collect();
+        let layers: Vec<&Layer> = store.imagery_layers().collect();
         let bounds: Vec<_> = layers.iter().map(|layer| layer.bounds_deg).collect();
         let couples = couples(&bounds, |a, b| CommonGround::new(store, [layers[a], layers[b]]))?;
         let mut pairs = Vec::new();

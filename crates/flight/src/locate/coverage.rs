@@ -52,8 +52,8 @@ pub struct CoverageProperties {
 /// An unknown or unfinished layer, or the store.
 pub fn coverage(store: &Reader, layer: Option<&str>) -> Result<Coverage, StoreError> {
     let layers: Vec<&Layer> = match layer {
-        Some(name) => vec![store.layer(name)?],
-        None => store.layers().iter().filter(|l| l.complete).collect(),
+        Some(name) => vec![store.imagery_layer(name)?],
+        None => store.imagery_layers().collect(),
     };
     let features = layers.into_iter().map(|l| covered(store, l)).collect::<Result<_, _>>()?;
     Ok(Coverage { r#type: "FeatureCollection", features })

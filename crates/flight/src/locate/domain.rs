@@ -57,6 +57,8 @@ pub const HEADING_SIGMA: Domain =
 pub const ATTITUDE_SIGMA: Domain = Domain::closed(0.0, MAX_ATTITUDE_SIGMA_DEG + 1e-9, "must be degrees in [0, 20]");
 /// Standard deviation of height or ground sample distance, as a ratio.
 pub const HEIGHT_SIGMA: Domain = Domain { excludes_from: true, ..Domain::closed(0.0, 0.3, "must lie in (0, 0.3]") };
+/// Height above sea or ellipsoid, metres.
+pub const ALTITUDE: Domain = Domain::closed(-1000.0, 100_000.0, "must be metres in [-1000, 100000]");
 /// Ground sample distance and height: any positive number.
 pub const POSITIVE: Domain =
     Domain { excludes_from: true, ..Domain::closed(0.0, f64::MAX, "must be a positive finite number") };

@@ -68,9 +68,9 @@ pub fn requested_layer(store: &Reader, name: Option<&str>) -> Result<String, Can
 /// [`StoreError::NoLayer`], [`StoreError::Unfinished`].
 pub fn searched_layers<'a>(store: &'a Reader, name: &str) -> Result<Vec<&'a Layer>, StoreError> {
     if name != ANY_LAYER || store.layers().iter().any(|layer| layer.name == ANY_LAYER) {
-        return Ok(vec![store.layer(name)?]);
+        return Ok(vec![store.imagery_layer(name)?]);
     }
-    let mut layers: Vec<&Layer> = store.finished_layers().collect();
+    let mut layers: Vec<&Layer> = store.imagery_layers().collect();
     layers.sort_by(|a, b| a.newest_first(b));
     Ok(layers)
 }

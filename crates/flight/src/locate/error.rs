@@ -95,6 +95,7 @@ impl LocateError {
                 CameraError::TooFarOffNadir { .. } => "pitch_deg",
                 CameraError::AttitudeSigma { .. } => "attitude_sigma_deg",
                 CameraError::OtherAspect { .. } => "camera",
+                CameraError::NoGround | CameraError::BelowGround { .. } => "height_msl_m",
             }),
             Self::Store(_)
             | Self::Cancelled

@@ -24,7 +24,8 @@ pub struct FixCovariances {
 
 impl FixCovariances {
     /// Returns the covariances of an estimate. `camera` is the stated one at the estimated height, `gsd` the map's at the place,
-    /// `map_error_m` the map's own error, one standard deviation per axis.
+    /// `map_error_m` the map's own error, one standard deviation per axis, `relief_error_m` that of the ground's height, where the frame
+    /// was laid on it: the line of sight meets the ground further along by as much as it leans.
     ///
     /// The nadir is an offset away from the image's centre. It adds the errors of that offset: along it by the height's, across it
     /// by the heading's, and by the attitude's J S J^T, with J the derivative of the offset with respect to pitch and roll. For a
@@ -36,17 +37,19 @@ impl FixCovariances {
         view: &View,
         camera: &Camera,
         gsd: Gsd,
-        map_error_m: f64,
+        [map_error_m, relief_error_m]: [f64; 2],
     ) -> Self {
         let common_m = (COMMON_SHIFT_SHARE * estimate.rms_px * gsd.mean_m_per_px()).min(MAX_COMMON_SHIFT_M);
         let common = Matrix2::identity() * (map_error_m.powi(2) + common_m.powi(2));
         // East runs with the map's columns, north against its rows.
         let enu_from_px = Matrix2::new(gsd.east_m_per_px, 0.0, 0.0, -gsd.north_m_per_px);
-        let image_centre = enu_from_px * estimate.covariance_px2 * enu_from_px.transpose() + common;
         let offset = BodyFrame::from_heading_rad(estimate.heading_rad)
             .enu_from_body(camera.image_centre_in_body().unwrap_or_default());
         let (along, across) =
             (Vector2::new(offset.east_m, offset.north_m), Vector2::new(offset.north_m, -offset.east_m));
+        let lean = along / camera.height_agl_m();
+        let laid = lean * lean.transpose() * relief_error_m.powi(2);
+        let image_centre = enu_from_px * estimate.covariance_px2 * enu_from_px.transpose() + common + laid;
         let moved = along * along.transpose() * estimate.log_height_variance
             + across * across.transpose() * estimate.heading_variance_rad2;
         let doubt = tilt.filter(|tilt| tilt.is_doubtful()).map_or([0.0; 2], |tilt| tilt.off_rad);
@@ -81,7 +84,11 @@ mod tests {
 
     fn added(pitch_deg: f64, heading_deg: f64, doubt_deg: f64) -> EnuCovariance {
         let attitude = Attitude::new(Some(pitch_deg.to_radians()), Some(0.0), Some(1f64.to_radians()));
-        let view = View::Posed { intrinsics: Intrinsics::centred(640, 480, 700.0), height_agl_m: 2200.0, attitude };
+        let view = View::Posed {
+            intrinsics: Intrinsics::centred(640, 480, 700.0),
+            height: Height::AboveGround(2200.0),
+            attitude,
+        };
         let camera = Camera::new(&view, 640, 480).unwrap();
         EnuCovariance::from_matrix(tilt_covariance(
             &view,

@@ -1,10 +1,12 @@
 //! `FramePyramid`: a frame at the resolution of several levels, and its ground view under a hypothesis.
 
 use super::camera_pose::CameraPose;
-use overfly_core::camera::{Camera, GroundGrid, GroundView, render};
+use super::ground_heights::{GroundHeights, LaidGrid};
+use overfly_core::camera::{Camera, GroundGrid, GroundView, Relief, render, render_on_relief};
 use overfly_core::feature::Structure;
 use overfly_core::pixels::Gray;
 use overfly_core::tile::Gsd;
+use overfly_store::StoreError;
 use std::collections::HashMap;
 
 /// A view larger than this in either direction is taken for one that sees the horizon.
@@ -53,13 +55,32 @@ impl<'a> FramePyramid<'a> {
         let (small, camera) = self.shrunk.get(&pose.zoom)?;
         let camera = pose.camera(camera)?;
         let mut grid = GroundGrid::around(&camera, pose.heading_rad, [gsd.east_m_per_px, gsd.north_m_per_px], 1.0)?;
-        if grid.width_px.max(grid.height_px) > MAX_VIEW_PX {
-            return None;
-        }
         grid.nadir_px[0] += fraction_px[0];
         grid.nadir_px[1] += fraction_px[1];
-        Some(render(small, &camera, pose.heading_rad, &grid))
+        is_drawable(&grid).then(|| render(small, &camera, pose.heading_rad, &grid))
     }
+
+    /// As [`FramePyramid::view`], laid on the ground's relief, with that relief; `None` as well where the terrain does not cover the view.
+    ///
+    /// # Errors
+    /// Where a tile of the terrain cannot be read.
+    pub fn view_on_relief(
+        &self,
+        pose: &CameraPose,
+        gsd: Gsd,
+        fraction_px: [f64; 2],
+        ground: &GroundHeights<'_>,
+    ) -> Result<Option<(GroundView, Relief)>, StoreError> {
+        let Some((small, camera)) = self.shrunk.get(&pose.zoom) else { return Ok(None) };
+        let Some(camera) = pose.camera(camera) else { return Ok(None) };
+        let Some(LaidGrid { grid, relief }) = ground.laid(&camera, pose, gsd, fraction_px)? else { return Ok(None) };
+        let view = is_drawable(&grid).then(|| render_on_relief(small, &camera, pose.heading_rad, &grid, &relief));
+        Ok(view.map(|view| (view, relief)))
+    }
+}
+
+fn is_drawable(grid: &GroundGrid) -> bool {
+    grid.width_px.max(grid.height_px) <= MAX_VIEW_PX
 }
 
 /// A frame whose gray levels span less than this is amplified to it: over water and in infrared a whole frame may lie within ten levels,

@@ -43,6 +43,7 @@ pub fn hard_refine(
             last_pass: (pass, start),
             matches: windows,
             grid: observation.view.grid,
+            relief: observation.relief,
             peak,
         };
         if refined.is_none() && place.is_hopeless() {

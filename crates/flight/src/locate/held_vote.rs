@@ -49,7 +49,7 @@ pub fn held_vote(
 ) -> Option<SoftVote> {
     let nadir_px = observation.view.grid.nadir_px;
     let surfaces = observation.square_surfaces(voter_px, options.radius_px);
-    let motion = tilt.and_then(|tilt| tilt.motion(&observation.view.grid, &surfaces));
+    let motion = tilt.and_then(|tilt| tilt.motion(observation, &surfaces));
     let windows = RankedWindows::new(&surfaces);
     let equal = soft_vote(&windows, &WindowWeights::equal(surfaces.len()), motion.as_ref(), nadir_px, options)?;
     if equal.log10_nfa(PLACES) > MOST_LOG10_FALSE_ALARMS {

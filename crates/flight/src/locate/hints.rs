@@ -7,7 +7,7 @@ use super::epochs::searched_layers;
 use super::error::LocateError;
 use super::locate_frame::locate_cancellable;
 use super::request::{FixRequest, HeadingPrior};
-use overfly_core::camera::{Camera, View};
+use overfly_core::camera::{Camera, Height, View};
 use overfly_core::pixels::Gray;
 use overfly_store::Reader;
 use std::f64::consts::TAU;
@@ -238,7 +238,7 @@ fn trials(store: &Reader, request: &FixRequest) -> Vec<Trial> {
         trials.push(Trial { request, change: Change::AnyHeading(stated_deg) });
     }
     let searched = searched_layers(store, &request.layer).unwrap_or_default();
-    for layer in store.finished_layers().filter(|layer| !searched.iter().any(|s| s.name == layer.name)) {
+    for layer in store.imagery_layers().filter(|layer| !searched.iter().any(|s| s.name == layer.name)) {
         let request = FixRequest { layer: layer.name.clone(), ..request.clone() };
         trials.push(Trial { request, change: Change::Layer });
     }
@@ -250,7 +250,7 @@ fn trials(store: &Reader, request: &FixRequest) -> Vec<Trial> {
 fn other_units(view: &View) -> Vec<(f64, Change)> {
     match *view {
         View::Nadir { gsd_m_per_px } => vec![(FOOT_M, Change::GsdInFeet(gsd_m_per_px))],
-        View::Posed { height_agl_m: stated_m, .. } => {
+        View::Posed { height: Height::AboveGround(stated_m) | Height::AboveDatum(_, stated_m), .. } => {
             let feet = (FOOT_M, Change::HeightUnit { stated_m, unit_m: FOOT_M });
             let kilometres = (KILOMETRE_M, Change::HeightUnit { stated_m, unit_m: KILOMETRE_M });
             // A few metres are no height of a flight.
@@ -262,8 +262,12 @@ fn other_units(view: &View) -> Vec<(f64, Change)> {
 fn scaled_view(view: View, ratio: f64) -> View {
     match view {
         View::Nadir { gsd_m_per_px } => View::Nadir { gsd_m_per_px: gsd_m_per_px * ratio },
-        View::Posed { intrinsics, height_agl_m, attitude } => {
-            View::Posed { intrinsics, height_agl_m: height_agl_m * ratio, attitude }
+        View::Posed { intrinsics, height, attitude } => {
+            let height = match height {
+                Height::AboveGround(height_m) => Height::AboveGround(height_m * ratio),
+                Height::AboveDatum(datum, height_m) => Height::AboveDatum(datum, height_m * ratio),
+            };
+            View::Posed { intrinsics, height, attitude }
         }
     }
 }

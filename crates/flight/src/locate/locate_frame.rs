@@ -6,18 +6,20 @@ use super::cancellation::CancellationToken;
 use super::coarse_peaks::CoarsePeaks;
 use super::epochs::{LayerAnswer, beside_newer, nearest, searched_layers};
 use super::error::LocateError;
+use super::ground_heights::GroundHeights;
 use super::map::Map;
-use super::parts::Parts;
+use super::parts::{Part, Parts};
 use super::prepare::PreparedFrame;
 use super::refine::{RefinedPeaks, refine_peaks};
 use super::refusal::EarlyEnd;
 use super::request::FixRequest;
 use super::search_context::SearchContext;
 use super::search_steps::SearchSteps;
+use super::stated_height::StatedHeight;
 use super::trace::Trace;
 use super::verify::{Verdict, Verifier};
 use super::weighed_place::WeighedPlace;
-use overfly_core::camera::Camera;
+use overfly_core::camera::{Camera, View};
 use overfly_core::pixels::Gray;
 use overfly_store::Reader;
 
@@ -136,7 +138,11 @@ fn over_layers<T>(
     for layer in searched {
         let Means { threads, parts, cancellation } = *means;
         cancellation.check()?;
-        let context = SearchContext { store, layer, layers, request, threads, parts, cancellation };
+        let is_posed = matches!(request.view, View::Posed { .. });
+        let ground = GroundHeights::from_store(store).filter(|_| is_posed && parts.has(Part::Terrain));
+        let (height, request) = StatedHeight::resolved(request, layer, ground.as_ref())?;
+        let (request, height) = (&request, &height);
+        let context = SearchContext { store, layer, ground, layers, request, height, threads, parts, cancellation };
         let LayerAnswer { answer, places, more } = search(&context)?;
         let answer = beside_newer(answer, places.first(), &newer);
         newer.extend(places);
@@ -210,7 +216,7 @@ fn register<'a>(context: &SearchContext<'a>, frame: &'a Gray) -> Result<Registra
 /// Searches step by step, the likeliest headings, scales and places first, until a fix is sure.
 fn search<'a>(context: &SearchContext<'a>, prepared: &PreparedFrame<'a>) -> Result<Search, LocateError> {
     let steps = SearchSteps::plan(context, prepared)?;
-    let map = Map::new(context.store, context.layer);
+    let map = Map::new(context);
     let verifier = Verifier { map: &map, prepared, context };
     let (mut peaks, mut known, mut verdict) = (CoarsePeaks::default(), RefinedPeaks::default(), None);
     for step in 0..steps.len() {

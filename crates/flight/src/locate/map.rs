@@ -1,5 +1,7 @@
 //! `Map`: a layer of a store as one seamless image of structural channels at any of its levels.
 
+use super::ground_heights::GroundHeights;
+use super::search_context::SearchContext;
 use overfly_core::feature::Structure;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_store::{Layer, Reader, StoreError};
@@ -19,16 +21,22 @@ pub struct PixelWindow {
     pub height_px: usize,
 }
 
-/// A layer of a store.
+/// A layer of a store, and the terrain below it.
 pub struct Map<'a> {
     store: &'a Reader,
     layer: &'a Layer,
+    ground: Option<GroundHeights<'a>>,
 }
 
 impl<'a> Map<'a> {
-    /// Returns the map of a layer.
-    pub fn new(store: &'a Reader, layer: &'a Layer) -> Self {
-        Self { store, layer }
+    /// Returns the map that a registration searches.
+    pub fn new(context: &SearchContext<'a>) -> Self {
+        Self { store: context.store, layer: context.layer, ground: context.ground }
+    }
+
+    /// The terrain, where frames are laid on it.
+    pub fn ground(&self) -> Option<&GroundHeights<'a>> {
+        self.ground.as_ref()
     }
 
     /// The structural channels of a window; unknown where there is no tile, and beyond the poles.

@@ -66,7 +66,9 @@ impl MeasuredPlace {
         let stated_error_m = footprint.as_ref().and_then(|f| f.horizontal_error_m);
         let map_error_m = stated_error_m.unwrap_or_else(|| default_error_m(finest_m_per_px));
         let gsd = gsd_at(image_centre, estimate.zoom);
-        let covariances = FixCovariances::new(&estimate, tilt.as_ref(), view, &camera, gsd, map_error_m);
+        let relief_error_m = context.ground.filter(|_| place.relief.is_some()).map_or(0.0, |ground| ground.error_m());
+        let covariances =
+            FixCovariances::new(&estimate, tilt.as_ref(), view, &camera, gsd, [map_error_m, relief_error_m]);
         Ok(Some(Self { estimate, image_centre, camera, covariances, map_error_m, footprint }))
     }
 }

@@ -3,7 +3,7 @@
 use super::camera_pose::CameraPose;
 use super::frame_pyramid::{FramePyramid, structure_of};
 use super::map::{Map, PixelWindow};
-use overfly_core::camera::GroundView;
+use overfly_core::camera::{GroundView, Relief};
 use overfly_core::feature::Structure;
 use overfly_core::registration::seam::Displacements;
 use overfly_core::registration::windows::{
@@ -11,11 +11,14 @@ use overfly_core::registration::windows::{
 };
 use overfly_core::tile::{Gsd, WorldPixel, gsd_at};
 use overfly_store::StoreError;
+use std::sync::Arc;
 
 /// A ground view of the frame through a pose, and the map that it should lie on.
 pub struct Observation {
     /// The ground view.
     pub view: GroundView,
+    /// The relief that the view is laid on; `None` where it lies on a plane.
+    pub relief: Option<Arc<Relief>>,
     /// The structural channels of the view.
     pub view_structure: Structure,
     /// The window of the map: the view and `margin_px` around.
@@ -46,7 +49,17 @@ impl Observation {
         let gsd = gsd_at(place, pose.zoom);
         let WorldPixel { x_px, y_px } = pose.nadir;
         let fraction = [x_px - x_px.floor(), y_px - y_px.floor()];
-        let Some(view) = frame.view(pose, gsd, fraction) else { return Ok(None) };
+        let laid = match map.ground() {
+            Some(ground) => frame.view_on_relief(pose, gsd, fraction, ground)?,
+            None => None,
+        };
+        let (view, relief) = match laid {
+            Some((view, relief)) => (view, Some(Arc::new(relief))),
+            None => match frame.view(pose, gsd, fraction) {
+                Some(view) => (view, None),
+                None => return Ok(None),
+            },
+        };
         let nadir_px = view.grid.nadir_px;
         // The view's nadir and the pose's differ by whole pixels.
         let window = PixelWindow {
@@ -59,7 +72,7 @@ impl Observation {
         let map_structure = map.window(&window)?;
         let window_size_px = window_size_px(frame, gsd.mean_m_per_px() / pose.height_ratio);
         let view_structure = structure_of(&view);
-        Ok(Some(Self { view, view_structure, window, map_structure, margin_px, gsd, window_size_px }))
+        Ok(Some(Self { view, relief, view_structure, window, map_structure, margin_px, gsd, window_size_px }))
     }
 
     /// Matches local windows of the view with the map.

@@ -1,9 +1,10 @@
 //! `FixParameters`: a request as callers spell it. The names are those of the command line and of HTTP, and they are checked here.
 
-use super::domain::{METRES, POSITIVE};
+use super::domain::{ALTITUDE, METRES, POSITIVE};
 use super::error::LocateError;
 use super::request::{FixRequest, HeadingPrior, PositionPrior, check_view};
-use overfly_core::camera::{Attitude, Intrinsics, View};
+use overfly_core::camera::{Attitude, Height, Intrinsics, View};
+use overfly_core::geodesy::VerticalDatum;
 
 /// Standard deviation of a stated heading where none is given, degrees.
 pub const DEFAULT_HEADING_SIGMA_DEG: f64 = 3.0;
@@ -112,6 +113,10 @@ pub struct ViewParameters {
     pub gsd_m_per_px: Option<f64>,
     /// Height above ground, metres; needs `camera`.
     pub height_m: Option<f64>,
+    /// Instead of `height_m`: height above mean sea level (EGM2008), metres; needs `camera`, and a store with terrain.
+    pub height_msl_m: Option<f64>,
+    /// Instead of `height_m`: height above the WGS84 ellipsoid, metres; needs `camera`, and a store with terrain.
+    pub height_ellipsoidal_m: Option<f64>,
     /// The camera's intrinsics; need `height_m`.
     pub camera: Option<Intrinsics>,
     /// Pitch off nadir, degrees in [-45, 45], positive ahead; needs `camera`.
@@ -128,7 +133,7 @@ impl ViewParameters {
     /// # Errors
     /// As [`FixParameters::request`].
     pub fn view(&self) -> Result<Option<View>, LocateError> {
-        let view = match (self.gsd_m_per_px, self.height_m, &self.camera) {
+        let view = match (self.gsd_m_per_px, self.height()?, &self.camera) {
             (None, None, None) => {
                 self.refuse_tilt("an unknown camera")?;
                 return Ok(None);
@@ -138,12 +143,11 @@ impl ViewParameters {
                 self.refuse_tilt("gsd_m_per_px")?;
                 View::Nadir { gsd_m_per_px }
             }
-            (None, Some(height_agl_m), Some(camera)) => {
-                POSITIVE.check("height_m", height_agl_m)?;
+            (None, Some(height), Some(camera)) => {
                 let radians = |angle_deg: Option<f64>| angle_deg.map(f64::to_radians);
                 let (pitch_rad, roll_rad) = (radians(self.pitch_deg), radians(self.roll_deg));
                 let attitude = Attitude::new(pitch_rad, roll_rad, radians(self.attitude_sigma_deg));
-                View::Posed { intrinsics: camera.clone(), height_agl_m, attitude }
+                View::Posed { intrinsics: camera.clone(), height, attitude }
             }
             (None, Some(_), None) => return missing("camera", "it is required beside height_m"),
             (None, None, Some(_)) => return missing("height_m", "it is required beside camera"),
@@ -151,6 +155,28 @@ impl ViewParameters {
         };
         check_view(&view)?;
         Ok(Some(view))
+    }
+
+    /// The height, stated in one way at most.
+    fn height(&self) -> Result<Option<Height>, LocateError> {
+        match (self.height_m, self.height_msl_m, self.height_ellipsoidal_m) {
+            (None, None, None) => Ok(None),
+            (Some(height_m), None, None) => {
+                POSITIVE.check("height_m", height_m)?;
+                Ok(Some(Height::AboveGround(height_m)))
+            }
+            (None, Some(height_m), None) => {
+                ALTITUDE.check("height_msl_m", height_m)?;
+                Ok(Some(Height::AboveDatum(VerticalDatum::Egm2008, height_m)))
+            }
+            (None, None, Some(height_m)) => {
+                ALTITUDE.check("height_ellipsoidal_m", height_m)?;
+                Ok(Some(Height::AboveDatum(VerticalDatum::Ellipsoid, height_m)))
+            }
+            (Some(_), Some(_), _) => conflict("height_msl_m", "height_m"),
+            (Some(_), ..) => conflict("height_ellipsoidal_m", "height_m"),
+            (None, Some(_), Some(_)) => conflict("height_ellipsoidal_m", "height_msl_m"),
+        }
     }
 
     /// Only a camera with a height can be tilted, or known to be untilted.

@@ -17,11 +17,13 @@ pub enum Part {
     RivalVotes,
     /// Rivals within a place's own ellipse widen its covariance: they make it ambiguous.
     NearRivals,
+    /// The terrain of the store: frames are laid on a plane.
+    Terrain,
 }
 
 impl Part {
     /// All parts, in the order of a search.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::SoftVote,
         Self::SmallWindows,
         Self::WindowWeights,
@@ -29,6 +31,7 @@ impl Part {
         Self::WholeView,
         Self::RivalVotes,
         Self::NearRivals,
+        Self::Terrain,
     ];
 }
 

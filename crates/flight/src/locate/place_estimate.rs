@@ -7,7 +7,7 @@
 use super::camera_pose::CameraPose;
 use super::refined_place::RefinedPlace;
 use nalgebra::{Matrix2, Vector2};
-use overfly_core::camera::{Attitude, Camera, DEFAULT_UNSTATED_SIGMA_DEG, Intrinsics, View};
+use overfly_core::camera::{Attitude, Camera, DEFAULT_UNSTATED_SIGMA_DEG, Height, Intrinsics, View};
 use overfly_core::geodesy::BodyFrame;
 use overfly_core::registration::resection::{Correspondence, DeviationSigmas, Resection, ResectionStart, resect};
 use overfly_core::registration::seam::Seam;
@@ -21,6 +21,8 @@ const VARIANCE_FACTOR: f64 = 1.4;
 const FEW_WINDOWS: f64 = 9.0;
 /// One standard deviation of the ground's slope per axis, degrees. A slope looks as a tilt does, but does not move the nadir.
 const SLOPE_SIGMA_DEG: f64 = 1.4;
+/// That of the slope that a terrain model leaves unknown.
+const RESIDUAL_SLOPE_SIGMA_DEG: f64 = 0.3;
 /// One standard deviation of what cameras add that nobody states: aspect, shear, and the first radial coefficient.
 const ASPECT_SIGMA: f64 = 0.02;
 const SHEAR_SIGMA: f64 = 0.02;
@@ -154,7 +156,7 @@ impl TiltFound {
         let View::Posed { attitude, .. } = view else { return None };
         let found = PlacedWindows::new(place, view, camera).resection(OPEN_TILT_SIGMA_DEG.to_radians())?;
         let off = Vector2::new(found.deviation.pitch_rad, found.deviation.roll_rad);
-        let known_rad2 = attitude.sigma_rad.powi(2) + SLOPE_SIGMA_DEG.to_radians().powi(2);
+        let known_rad2 = attitude.sigma_rad.powi(2) + slope_sigma_rad(place.relief.is_some()).powi(2);
         let covariance =
             found.tilt_covariance_rad2 * variance_factor(found.agreeing) + Matrix2::identity() * known_rad2;
         let sigmas = off.dot(&(covariance.try_inverse()? * off)).sqrt();
@@ -162,10 +164,17 @@ impl TiltFound {
     }
 }
 
-/// One standard deviation of a view's tilt per axis, that of the ground included, radians; `None` where no height is known.
-pub fn tilt_sigma_rad(view: &View) -> Option<f64> {
+/// One standard deviation of a view's tilt per axis, that of the ground included, radians; `None` where no height is known. `on_relief`:
+/// the ground's own slope is known.
+pub fn tilt_sigma_rad(view: &View, on_relief: bool) -> Option<f64> {
     let View::Posed { attitude, .. } = view else { return None };
-    Some(attitude.sigma_rad.hypot(SLOPE_SIGMA_DEG.to_radians()))
+    Some(attitude.sigma_rad.hypot(slope_sigma_rad(on_relief)))
+}
+
+/// One standard deviation of what is not known of the ground's slope per axis, radians.
+fn slope_sigma_rad(on_relief: bool) -> f64 {
+    let sigma_deg = if on_relief { RESIDUAL_SLOPE_SIGMA_DEG } else { SLOPE_SIGMA_DEG };
+    sigma_deg.to_radians()
 }
 
 /// The pose with the tilt that the windows of a place show, under the attitude's standard deviation; `None` where no height is known or
@@ -228,12 +237,15 @@ impl<'a> PlacedWindows<'a> {
         windows.image_centre_px = windows.px_from_enu * Vector2::new(centre.east_m, centre.north_m);
         for (index, window) in place.matches.iter().enumerate().filter(|(_, window)| !window.on_rim) {
             let ground = turn.body_from_enu(grid.enu_from_grid(window.centre_px));
-            let Some(frame_px) = seen.frame_from_body(ground) else { continue };
+            let rise_m = |at: [f64; 2]| place.relief.as_ref().map_or(0.0, |relief| relief.at(at));
+            let Some(frame_px) = seen.frame_from_ground(ground, rise_m(window.centre_px)) else { continue };
             if place.fit.inliers.contains(&index) {
                 windows.inliers.push(windows.correspondences.len());
             }
-            let map_px = Vector2::from(window.centre_px) - Vector2::from(grid.nadir_px) + window.displacement_px;
-            windows.correspondences.push(Correspondence { frame_px, map_px, information: window.information });
+            let found_px = Vector2::from(window.centre_px) + window.displacement_px;
+            let (map_px, rise_m) = (found_px - Vector2::from(grid.nadir_px), rise_m(found_px.into()));
+            let information = window.information;
+            windows.correspondences.push(Correspondence { frame_px, map_px, information, rise_m });
         }
         windows
     }
@@ -251,7 +263,7 @@ impl<'a> PlacedWindows<'a> {
 
     /// One standard deviation of the tilt per axis, that of the ground included.
     fn tilt_sigma_rad(&self) -> f64 {
-        self.attitude.sigma_rad.hypot(SLOPE_SIGMA_DEG.to_radians())
+        self.attitude.sigma_rad.hypot(slope_sigma_rad(self.place.relief.is_some()))
     }
 
     /// The camera under a prior of this standard deviation of its tilt.
@@ -277,7 +289,7 @@ fn with_usual_field_of_view(camera: &Camera) -> Camera {
     let focal_length_px = 1.2 * f64::from(width_px.max(height_px));
     let view = View::Posed {
         intrinsics: Intrinsics::centred(width_px, height_px, focal_length_px),
-        height_agl_m: camera.gsd_m_per_px() * focal_length_px,
+        height: Height::AboveGround(camera.gsd_m_per_px() * focal_length_px),
         attitude: Attitude::new(None, None, Some(DEFAULT_UNSTATED_SIGMA_DEG.to_radians())),
     };
     Camera::new(&view, width_px, height_px).unwrap_or_else(|_| camera.clone())

@@ -3,9 +3,10 @@
 use super::camera_pose::CameraPose;
 use super::coarse_peaks::CoarsePeak;
 use super::window_pass::Pass;
-use overfly_core::camera::GroundGrid;
+use overfly_core::camera::{GroundGrid, Relief};
 use overfly_core::registration::window_fit::WindowFit;
 use overfly_core::registration::windows::WindowMatch;
+use std::sync::Arc;
 
 /// Coarse peaks that are refined.
 pub const REFINED_PEAKS: usize = 5;
@@ -34,6 +35,8 @@ pub struct RefinedPlace {
     pub matches: Vec<WindowMatch>,
     /// The view of the last pass, in whose pixels the windows lie.
     pub grid: GroundGrid,
+    /// The relief under that view, where it is known.
+    pub relief: Option<Arc<Relief>>,
     /// The coarse peak that was refined.
     pub peak: CoarsePeak,
 }

@@ -1,8 +1,10 @@
 //! `FixRequest`: what a caller asks of `locate`, and the domain of every parameter.
 
-use super::domain::{ATTITUDE_SIGMA, CORRELATION, HEADING, HEADING_SIGMA, HEIGHT_SIGMA, LATITUDE, LONGITUDE, METRES};
+use super::domain::{
+    ALTITUDE, ATTITUDE_SIGMA, CORRELATION, HEADING, HEADING_SIGMA, HEIGHT_SIGMA, LATITUDE, LONGITUDE, METRES,
+};
 use super::error::LocateError;
-use overfly_core::camera::{Camera, View};
+use overfly_core::camera::{Camera, Height, View};
 use overfly_core::geodesy::Geodetic;
 
 /// What is known of the position of the nadir; of the image's centre, where the view states no height.
@@ -132,15 +134,20 @@ impl FixRequest {
 
 /// Refuses a view that no camera over the ground can have.
 pub(super) fn check_view(view: &View) -> Result<(), LocateError> {
-    let (width_px, height_px) = match view {
-        View::Nadir { .. } => (1, 1),
-        View::Posed { intrinsics, .. } => (intrinsics.width_px, intrinsics.height_px),
+    let View::Posed { intrinsics, height, attitude } = view else {
+        Camera::new(view, 1, 1)?;
+        return Ok(());
     };
-    Camera::new(view, width_px, height_px)?;
-    match view {
-        View::Nadir { .. } => Ok(()),
-        View::Posed { attitude, .. } => ATTITUDE_SIGMA.check("attitude_sigma_deg", attitude.sigma_rad.to_degrees()),
-    }
+    let above_ground = match height {
+        Height::AboveGround(_) => view.clone(),
+        // How high above ground that is follows from the terrain.
+        Height::AboveDatum(_, height_m) => {
+            ALTITUDE.check("height_msl_m", *height_m)?;
+            View::Posed { intrinsics: intrinsics.clone(), height: Height::AboveGround(1.0), attitude: *attitude }
+        }
+    };
+    Camera::new(&above_ground, intrinsics.width_px, intrinsics.height_px)?;
+    ATTITUDE_SIGMA.check("attitude_sigma_deg", attitude.sigma_rad.to_degrees())
 }
 
 #[cfg(test)]
@@ -193,7 +200,7 @@ mod tests {
     fn pitch_and_roll_lie_within_45_degrees() {
         let posed = |pitch_deg: f64, roll_deg: f64| View::Posed {
             intrinsics: Intrinsics::centred(640, 480, 700.0),
-            height_agl_m: 500.0,
+            height: Height::AboveGround(500.0),
             attitude: Attitude::exact(pitch_deg.to_radians(), roll_deg.to_radians()),
         };
         assert_eq!(refused(|r| r.view = posed(46.0, 0.0)), "pitch_deg");
@@ -205,7 +212,7 @@ mod tests {
     fn the_standard_deviation_of_the_attitude_is_checked() {
         let with_sigma = |sigma_deg: f64| View::Posed {
             intrinsics: Intrinsics::centred(640, 480, 700.0),
-            height_agl_m: 500.0,
+            height: Height::AboveGround(500.0),
             attitude: Attitude::new(None, None, Some(sigma_deg.to_radians())),
         };
         for sigma_deg in [-0.1, 20.1, f64::NAN] {

@@ -56,7 +56,11 @@ mod tests {
 
     fn searched(position: PositionPrior, pitch_deg: f64, sigma_deg: f64) -> PositionPrior {
         let attitude = Attitude::new(Some(pitch_deg.to_radians()), Some(0.0), Some(sigma_deg.to_radians()));
-        let view = View::Posed { intrinsics: Intrinsics::centred(640, 480, 700.0), height_agl_m: 2200.0, attitude };
+        let view = View::Posed {
+            intrinsics: Intrinsics::centred(640, 480, 700.0),
+            height: Height::AboveGround(2200.0),
+            attitude,
+        };
         let camera = Camera::new(&view, 640, 480).unwrap();
         let request =
             FixRequest { layer: "ortho".into(), position, heading: None, view, scale_sigma_ratio: 0.03, time_s: None };

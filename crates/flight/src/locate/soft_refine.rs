@@ -115,6 +115,7 @@ impl SoftRefinement<'_> {
             last_pass: (pass, start),
             matches,
             grid: observation.view.grid,
+            relief: observation.relief,
             peak: self.peak,
         }))
     }
@@ -136,7 +137,8 @@ impl SoftRefinement<'_> {
         let [max_growth, max_turn_rad] = if is_first { [MAX_GROWTH, MAX_TURN_RAD] } else { [FINER_CHANGE; 2] };
         let options =
             SoftVoteOptions { radius_px: pass.radius_px, max_shift_px: pass.radius_px, max_growth, max_turn_rad };
-        let tilt = tilt_sigma_rad(self.view).filter(|_| is_first && self.parts.has(Part::Tilt));
+        let tilt =
+            tilt_sigma_rad(self.view, observation.relief.is_some()).filter(|_| is_first && self.parts.has(Part::Tilt));
         let tilt = tilt.map(|sigma_rad| TiltFreedom { pose: start, camera: self.prepared.frame.camera(), sigma_rad });
         let vote = held_vote(&observation, voter_px, tilt.as_ref(), self.parts, &options);
         Ok(vote.map(|vote| HeldVote { start, pass, observation, vote, options }))

@@ -120,7 +120,7 @@ impl Trace {
         verdict: Option<&Verdict>,
         is_wide: bool,
     ) -> Result<Self, StoreError> {
-        let map = Map::new(context.store, context.layer);
+        let map = Map::new(context);
         let best = verdict.and_then(|v| v.places.first().map(|p| &p.refined).or(v.unverified.first()));
         let peak = best.map(|place| place.peak).or(coarse.peaks.first().copied());
         let surface = match peak {

@@ -148,7 +148,7 @@ impl Verifier<'_> {
                     places.get(1).map(|second| self.near_second_px2(best, second)).transpose()?.flatten();
                 places[0].near_second_px2 = near_second_px2.unwrap_or_default();
                 let second = places.get(1).filter(|_| near_second_px2.is_none());
-                let refusal = match self.refusal(&places[0], second) {
+                let refusal = match self.refusal(&places[0], second)? {
                     Some(refusal) => Some(refusal),
                     None => self.compared(&mut places[0], coarse)?,
                 };
@@ -204,7 +204,10 @@ impl Verifier<'_> {
     }
 
     /// Why the best place is not a fix; `None` where it is.
-    fn refusal(&self, best: &VerifiedPlace, second: Option<&VerifiedPlace>) -> Option<Refusal> {
+    ///
+    /// # Errors
+    /// Where a tile of the terrain cannot be read.
+    fn refusal(&self, best: &VerifiedPlace, second: Option<&VerifiedPlace>) -> Result<Option<Refusal>, StoreError> {
         let too_few = best.refined.fit.inliers.len() < MIN_INLIERS;
         if too_few || best.log10_false_alarms > MAX_LOG10_FALSE_ALARMS {
             let detail = format!(
@@ -214,14 +217,14 @@ impl Verifier<'_> {
                 best.peak_z_score,
                 best.log10_false_alarms
             );
-            return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
+            return Ok(Some(Refusal::new(Reason::TooFewAgreeingWindows, detail)));
         }
         if self.lacks_whole_view(best) {
             let detail = format!(
                 "the correlation peak of the whole view has a z-score of {:.1}; where windows agree only together, or fewer than half of them, it must have {LEAST_WHOLE_VIEW_Z_SCORE}",
                 best.peak_z_score
             );
-            return Some(Refusal::new(Reason::TooFewAgreeingWindows, detail));
+            return Ok(Some(Refusal::new(Reason::TooFewAgreeingWindows, detail)));
         }
         let is_rival = |s: &&VerifiedPlace| s.log10_rival_false_alarms < AMBIGUOUS_LOG10_FALSE_ALARMS;
         if let Some(second) = second.filter(is_rival) {
@@ -229,7 +232,7 @@ impl Verifier<'_> {
                 "a second place agrees as well: 10^{:.1} and 10^{:.1} such places are expected by chance",
                 best.log10_false_alarms, second.log10_false_alarms
             );
-            return Some(Refusal::new(Reason::Ambiguous, detail));
+            return Ok(Some(Refusal::new(Reason::Ambiguous, detail)));
         }
         self.inconsistency(&best.refined)
     }
@@ -306,24 +309,25 @@ impl Verifier<'_> {
         }))
     }
 
-    fn inconsistency(&self, best: &RefinedPlace) -> Option<Refusal> {
-        let off = best.pose.height_ratio.ln().abs();
-        let bound = 4.0 * self.context.request.scale_sigma_ratio + 0.02;
-        if off > bound {
-            let ratio = best.pose.height_ratio;
+    fn inconsistency(&self, best: &RefinedPlace) -> Result<Option<Refusal>, StoreError> {
+        let SearchContext { height, ground, .. } = self.context;
+        let expected = height.expected_ratio(self.prepared.frame.camera(), &best.pose, ground.as_ref())?;
+        let ratio = best.pose.height_ratio / expected;
+        let bound = 4.0 * height.sigma_ratio + 0.02;
+        if ratio.ln().abs() > bound {
             let detail =
                 format!("the scale found is {ratio:.3} of the stated scale, at most {bound:.3} off is accepted");
-            return Some(Refusal::new(Reason::InconsistentScale, detail));
+            return Ok(Some(Refusal::new(Reason::InconsistentScale, detail)));
         }
         if let Some(refusal) = self.contradicted_attitude(best) {
-            return Some(refusal);
+            return Ok(Some(refusal));
         }
-        let prior = self.context.request.heading?;
+        let Some(prior) = self.context.request.heading else { return Ok(None) };
         let turn = wrap_turn_rad(best.pose.heading_rad - prior.heading_rad);
         let bound = 4.0 * prior.sigma_rad + 2f64.to_radians();
-        (turn.abs() > bound).then(|| {
+        Ok((turn.abs() > bound).then(|| {
             let detail = format!("the heading found is {:.1} degrees off the stated heading", turn.to_degrees());
             Refusal::new(Reason::InconsistentHeading, detail)
-        })
+        }))
     }
 }

@@ -4,7 +4,7 @@
 
 use super::measurements::{OdometryStep, SensorReading, SensorSigmas};
 use nalgebra::Matrix2;
-use overfly_core::camera::{Attitude, Camera, CameraError, Intrinsics, View};
+use overfly_core::camera::{Attitude, Camera, CameraError, Height, Intrinsics, View};
 use overfly_core::geodesy::{BodyOffset, wrap_turn_rad};
 use overfly_core::pixels::Gray;
 use overfly_core::registration::relative::{Motion, MotionAnswer, MotionPrior, register};
@@ -40,7 +40,11 @@ const GATE_SIGMAS: f64 = 5.0;
 impl FlightImage {
     /// The camera's view from a height, metres above ground.
     pub fn view(&self, height_agl_m: f64) -> View {
-        View::Posed { intrinsics: self.intrinsics.clone(), height_agl_m, attitude: self.attitude }
+        View::Posed {
+            intrinsics: self.intrinsics.clone(),
+            height: Height::AboveGround(height_agl_m),
+            attitude: self.attitude,
+        }
     }
 
     /// The camera at a height, metres above ground.

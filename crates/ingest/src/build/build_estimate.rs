@@ -70,7 +70,7 @@ fn estimate(
     is_new: bool,
     rejected: Vec<Rejected>,
 ) -> Result<BuildEstimate, BuildError> {
-    let pool = SourcePool::new(plan.declaration.sources.clone());
+    let pool = SourcePool::new(&plan.declaration);
     let samples = sample(plan, &pool)?;
     let base_tiles = plan.base.len();
     let overview_tiles = plan.jobs() - base_tiles;

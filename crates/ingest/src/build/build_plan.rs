@@ -51,7 +51,7 @@ impl BuildPlan {
         let natural = sources.iter().map(natural_zoom).max().unwrap_or(0);
         let base_zoom = zoom_override.unwrap_or(natural);
         let cover = cover(&sources, base_zoom)?;
-        let (required, levels) = tile_inputs(&sources, &cover);
+        let (required, levels) = tile_inputs(&sources, &cover, request.terrain.is_some());
         let stale = |tile: &TileId| draft.inputs.get(tile) != required.get(tile);
         let mut base: Vec<_> = cover.into_iter().filter(|(tile, _)| stale(tile)).collect();
         base.sort_by_key(|(tile, _)| morton(*tile));
@@ -66,7 +66,8 @@ impl BuildPlan {
         let same = same_sources(&draft.sources, &sources) && same_layer;
         let up_to_date = draft.complete && !draft.pending && nothing_to_do && same;
         let layer = request.layer.clone();
-        let declaration = Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms };
+        let terrain = request.terrain;
+        let declaration = Declaration { layer, sources, zoom_override, base_zoom, min_zoom, terms, terrain };
         let finer_by = base_zoom.saturating_sub(natural);
         let before = draft.inputs.keys().map(|tile| tile.zoom()).max().filter(|_| draft.complete);
         let coarser_by = before.unwrap_or(base_zoom).saturating_sub(base_zoom);
@@ -164,18 +165,19 @@ pub fn cover(sources: &[Source], zoom: u8) -> Result<BTreeMap<TileId, Vec<usize>
     Ok(cover)
 }
 
-/// Returns the hash of each tile's inputs, and the overview levels, finest first.
+/// Returns the hash of each tile's inputs, and the overview levels, finest first: none of heights.
 pub fn tile_inputs(
     sources: &[Source],
     cover: &BTreeMap<TileId, Vec<usize>>,
+    heights: bool,
 ) -> (HashMap<TileId, [u8; 32]>, Vec<Vec<TileId>>) {
     let mut required: HashMap<TileId, [u8; 32]> = cover
         .iter()
-        .map(|(tile, indices)| (*tile, recipe::base_inputs(indices.iter().map(|&i| &sources[i]))))
+        .map(|(tile, indices)| (*tile, recipe::base_inputs(indices.iter().map(|&i| &sources[i]), heights)))
         .collect();
     let mut levels = Vec::new();
     let mut finer: Vec<TileId> = cover.keys().copied().collect();
-    while finer.len() > COARSEST_TILES {
+    while finer.len() > COARSEST_TILES && !heights {
         let mut level: Vec<TileId> = finer.iter().filter_map(|tile| tile.parent()).collect();
         level.sort();
         level.dedup();

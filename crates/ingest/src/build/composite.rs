@@ -46,6 +46,9 @@ pub fn compose(tile: TileId, indices: &[usize], pool: &SourcePool) -> Result<Opt
         }
     }
     let Some(pixels) = pixels else { return Ok(None) };
+    if pool.holds_heights() {
+        return TileContent::encode_heights(tile, &pixels, &seen).map(Some).map_err(TileFailure::Store);
+    }
     let keypoints = keypoint::describe(&pixels.colour.to_gray(), &pixels.mask, KEYPOINTS_PER_TILE);
     TileContent::encode(tile, &pixels, &seen, Some(&keypoints)).map(Some).map_err(TileFailure::Store)
 }

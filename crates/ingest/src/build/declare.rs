@@ -39,7 +39,8 @@ pub struct OverriddenCrs {
 /// [`Rejected`] with what is wrong with the file.
 pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejected> {
     let reject = |error: RasterError| Rejected::from((path, &error));
-    let photo = Orthophoto::open(path, &open_options(request.crs, request.stretch)).map_err(reject)?;
+    let photo = Orthophoto::open(path, &open_options(request.crs, request.stretch, request.terrain.is_some()))
+        .map_err(reject)?;
     let description = photo.description();
     let source = Source {
         content_hash: content_hash(path).map_err(reject)?,
@@ -137,6 +138,6 @@ pub fn natural_zoom(source: &Source) -> u8 {
 }
 
 /// Returns the options with which a declared source is opened.
-pub fn open_options(crs: Option<u32>, stretch: Option<(f64, f64)>) -> OpenOptions {
-    OpenOptions { crs, stretch, ..OpenOptions::default() }
+pub fn open_options(crs: Option<u32>, stretch: Option<(f64, f64)>, heights: bool) -> OpenOptions {
+    OpenOptions { crs, stretch, heights, ..OpenOptions::default() }
 }

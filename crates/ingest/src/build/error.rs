@@ -112,6 +112,32 @@ pub enum BuildError {
         /// The values that are accepted.
         expected: &'static str,
     },
+    /// Heights above a surface that nothing states, or that is not known.
+    #[error("{}: {}", path.display(), datum_missing(*code))]
+    NoDatum {
+        /// The file.
+        path: PathBuf,
+        /// The EPSG code of the vertical system that it states, where it states one.
+        code: Option<u16>,
+    },
+    /// Heights above another surface than the stated one, or than the terrain that the store has.
+    #[error("{says}, not above {stated}")]
+    OtherDatum {
+        /// Who says what.
+        says: String,
+        /// The surface stated.
+        stated: &'static str,
+    },
+    /// Files whose heights are above different surfaces.
+    #[error("{says}, and {} that its are above {stated}", first.display())]
+    MixedDatums {
+        /// Who says what.
+        says: String,
+        /// The file that was read first.
+        first: PathBuf,
+        /// What that states.
+        stated: &'static str,
+    },
     /// A source that needs more tiles than [`MAX_TILES`].
     #[error(
         "{path}: it spans {tiles:.0} tiles at zoom {zoom}, more than {MAX_TILES} (the finest zoom is {MAX_ZOOM})",
@@ -148,6 +174,8 @@ impl BuildError {
             Self::FutureDate { .. } => "future_date",
             Self::DateChangesCover { .. } => "date_changes_cover",
             Self::Parameter { .. } => "parameter",
+            Self::NoDatum { .. } => "no_vertical_datum",
+            Self::OtherDatum { .. } | Self::MixedDatums { .. } => "other_vertical_datum",
             Self::TooManyTiles { .. } => "too_many_tiles",
             Self::Cancelled => "cancelled",
         }
@@ -164,6 +192,8 @@ impl BuildError {
             Self::NoSuchSource { .. } => Some(Remedy::ListSources),
             Self::LastSource { .. } => Some(Remedy::RemoveLayer),
             Self::DateChangesCover { .. } => Some(Remedy::StateDatesInBuild),
+            Self::NoDatum { .. } => Some(Remedy::StateTerrainDatum),
+            Self::OtherDatum { .. } | Self::MixedDatums { .. } => Some(Remedy::OneTerrainDatum),
             Self::TooManyTiles { .. } => Some(Remedy::FewerTiles),
             Self::Cancelled => Some(Remedy::ResumeBuild),
         }
@@ -176,6 +206,13 @@ impl BuildError {
             Self::SourceGone { .. } | Self::Cancelled => false,
             _ => true,
         }
+    }
+}
+
+fn datum_missing(code: Option<u16>) -> String {
+    match code {
+        Some(code) => format!("its heights are above EPSG:{code}, which is none of egm96, egm2008, ellipsoid"),
+        None => "it does not say what its heights are above".into(),
     }
 }
 

@@ -60,7 +60,9 @@ impl DescribeRequest {
     /// The date, and what the tiles are made from with it, so that a later build keeps them.
     fn stated_date(&self, date: &str) -> Result<StatedDate, BuildError> {
         check_date(date, self.today)?;
-        let base_zoom = Reader::open(&self.db)?.layer(&self.layer)?.base_zoom;
+        let reader = Reader::open(&self.db)?;
+        let layer = reader.layer(&self.layer)?;
+        let (base_zoom, heights) = (layer.base_zoom, layer.terrain.is_some());
         let state = LayerState::read(&self.db, &self.layer)?;
         let mut old = state.sources;
         old.sort_by(Source::covering_order);
@@ -71,7 +73,7 @@ impl DescribeRequest {
         if orders(&old, &old_cover) != orders(&new, &new_cover) {
             return Err(BuildError::DateChangesCover { layer: self.layer.clone() });
         }
-        let (before, after) = (tile_inputs(&old, &old_cover).0, tile_inputs(&new, &new_cover).0);
+        let (before, after) = (tile_inputs(&old, &old_cover, heights).0, tile_inputs(&new, &new_cover, heights).0);
         // A tile that a build would make anew is still made anew.
         let kept = state.inputs.into_iter().filter(|(tile, hash)| before.get(tile) == Some(hash));
         let inputs = kept.filter_map(|(tile, _)| Some((tile, *after.get(&tile)?))).collect();

@@ -21,6 +21,7 @@ mod run;
 mod sample;
 mod source_pool;
 mod summary;
+mod terrain;
 
 pub use build_estimate::{BuildEstimate, dry_run};
 pub use declare::OverriddenCrs;
@@ -32,3 +33,4 @@ pub use recipe::KEYPOINTS_PER_TILE;
 pub use request::Request;
 pub use run::run;
 pub use summary::BuildSummary;
+pub use terrain::{TERRAIN_LAYER, TerrainRequest};

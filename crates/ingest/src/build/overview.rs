@@ -34,7 +34,7 @@ pub fn shrink(tile: TileId, children: &[Option<Child>; 4]) -> Result<Option<Tile
     Ok(Some(TileContent {
         image,
         descriptors: None,
-        cells,
+        cells: Some(cells),
         sources: union(below().map(|c| c.sources.as_str())),
         acquired: below().filter_map(|c| c.acquired.clone()).max(),
         valid_fraction: pixels.mask.valid_fraction(),

@@ -4,7 +4,7 @@ use super::error::BuildError;
 use jiff::civil::Date;
 use overfly_core::tile::MAX_ZOOM;
 use overfly_store::package::{acquisition_day, is_future};
-use overfly_store::{MOST_ERROR_M, Terms};
+use overfly_store::{MOST_ERROR_M, Terms, Terrain};
 use std::path::PathBuf;
 
 /// A build of one layer of one store.
@@ -26,6 +26,8 @@ pub struct Request {
     pub stretch: Option<(f64, f64)>,
     /// Standard deviation per axis of the given sources' positions, metres: `None` where it is not known.
     pub horizontal_error_m: Option<f64>,
+    /// What the sources state of their heights, where they are heights and not imagery.
+    pub terrain: Option<Terrain>,
     /// Licence and attribution of the layer: where one is not stated, that which the layer has stays.
     pub terms: Terms,
     /// Threads that warp and encode, at least 1.

@@ -65,7 +65,7 @@ pub fn run(
             return summarise(request, &plan, &given, rejected, start);
         }
         let mut writer = Writer::begin(&request.db, CONTRACT, plan.declaration.clone())?;
-        let pool = SourcePool::new(plan.declaration.sources.clone());
+        let pool = SourcePool::new(&plan.declaration);
         let (index, error) = match pipeline::run(&plan, &pool, &mut writer, request.threads, progress) {
             Ok(()) => {
                 let finished = writer.finish(&|tile| plan.required.contains_key(&tile))?;

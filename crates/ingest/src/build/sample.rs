@@ -30,7 +30,13 @@ pub struct LevelSample {
 
 impl LevelSample {
     fn add(&mut self, content: Option<&TileContent>, seconds: f64) {
-        let bytes = |c: &TileContent| c.image.bytes.len() + c.cells.len() + c.descriptors.as_ref().map_or(0, Vec::len);
+        let bytes = |c: &TileContent| {
+            [Some(&c.image.bytes), c.cells.as_ref(), c.descriptors.as_ref()]
+                .into_iter()
+                .flatten()
+                .map(Vec::len)
+                .sum::<usize>()
+        };
         self.tiles += 1;
         self.bytes += content.map_or(0, bytes);
         self.valid += content.map_or(0.0, |c| c.valid_fraction);

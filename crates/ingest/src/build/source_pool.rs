@@ -5,7 +5,7 @@ use crate::raster::{BlockCache, Orthophoto, RasterError};
 use lru::LruCache;
 use overfly_core::pixels::MaskedColour;
 use overfly_core::tile::TileId;
-use overfly_store::Source;
+use overfly_store::{Declaration, Source};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,14 +16,21 @@ const MAX_OPEN: NonZeroUsize = NonZeroUsize::new(32).expect("32 is not 0");
 /// The orthophotos of a build.
 pub struct SourcePool {
     sources: Vec<Source>,
+    heights: bool,
     open: Mutex<LruCache<usize, Arc<Orthophoto>>>,
     blocks: Arc<BlockCache>,
 }
 
 impl SourcePool {
-    /// Makes a pool of declared sources and opens none.
-    pub fn new(sources: Vec<Source>) -> Self {
-        Self { sources, open: Mutex::new(LruCache::new(MAX_OPEN)), blocks: Arc::default() }
+    /// Makes a pool of the sources of a layer and opens none.
+    pub fn new(declaration: &Declaration) -> Self {
+        let (sources, heights) = (declaration.sources.clone(), declaration.terrain.is_some());
+        Self { sources, heights, open: Mutex::new(LruCache::new(MAX_OPEN)), blocks: Arc::default() }
+    }
+
+    /// Whether the sources are heights and not imagery.
+    pub fn holds_heights(&self) -> bool {
+        self.heights
     }
 
     /// The declaration of a source.
@@ -49,7 +56,7 @@ impl SourcePool {
             return Ok(Arc::clone(photo));
         }
         let source = &self.sources[index];
-        let mut options = open_options(source.crs_epsg, source.stretch);
+        let mut options = open_options(source.crs_epsg, source.stretch, self.heights);
         options.cache = Some(Arc::clone(&self.blocks));
         let photo = Arc::new(Orthophoto::open(&source.path, &options)?);
         open.put(index, Arc::clone(&photo));

@@ -29,3 +29,4 @@ pub use find::{FoundSources, content_hash, find_sources};
 pub use imagery::{Imagery, ImageryError};
 pub use options::OpenOptions;
 pub use orthophoto::{Orthophoto, OrthophotoDescription};
+pub use tiff::{StatedDatum, stated_datum};

@@ -52,6 +52,7 @@ pub struct Orthophoto {
     source: Box<dyn BlockSource>,
     cache: Arc<BlockCache>,
     source_key: u64,
+    heights: bool,
 }
 
 impl std::fmt::Debug for Orthophoto {
@@ -93,7 +94,7 @@ impl Orthophoto {
         };
         let cache = options.cache.clone().unwrap_or_default();
         let source_key = cache.new_source();
-        Ok(Self { description, georeference, source: opened.source, cache, source_key })
+        Ok(Self { description, georeference, source: opened.source, cache, source_key, heights: options.heights })
     }
 
     /// The properties of the source.
@@ -112,6 +113,7 @@ impl Orthophoto {
             source: self.source.as_ref(),
             cache: &self.cache,
             source_key: self.source_key,
+            heights: self.heights,
         };
         warp.tile(tile)
     }
@@ -162,6 +164,10 @@ impl OpenedFile {
     }
 
     fn photo(path: &Path, format: ImageFormat, options: &OpenOptions) -> Result<Self, RasterError> {
+        if options.heights {
+            let reason = "heights are read from GeoTIFF files".into();
+            return Err(RasterError::Unsupported { path: path.into(), reason, remedy: Remedy::ConvertToCog });
+        }
         let source = PhotoSource::open(path, format, options)?;
         let (format, acquired) = (source.format_name().to_string(), source.acquired());
         Ok(Self { source: Box::new(source), format, affine: None, crs: None, own_crs: None, acquired })

@@ -30,6 +30,8 @@ pub(super) struct Warp<'a> {
     pub source: &'a dyn BlockSource,
     pub cache: &'a BlockCache,
     pub source_key: u64,
+    /// Whether red and green of a pixel are the bytes of one number.
+    pub heights: bool,
 }
 
 /// A tile that is being filled.
@@ -42,6 +44,7 @@ struct TileCanvas {
     colour: Vec<u8>,
     mask: Vec<u8>,
     any_valid: bool,
+    heights: bool,
     window: Window,
     sums: Vec<Sample>,
 }
@@ -63,6 +66,7 @@ impl Warp<'_> {
             colour: vec![0; edge * edge * 3],
             mask: vec![0; edge * edge],
             any_valid: false,
+            heights: self.heights,
             window: Window::default(),
             sums: Vec::new(),
         };
@@ -235,7 +239,13 @@ impl TileCanvas {
 
     fn put(&mut self, index: usize, colour: Sample) {
         // Cubic convolution overshoots, hence the clamp. Adding 2^23 leaves the rounded value in the lowest bits.
-        let bytes = colour.map(|v| (v.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8);
+        let byte = |v: f32| (v.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8;
+        let mut bytes = colour.map(byte);
+        if self.heights {
+            // The steps are interpolated, not their bytes.
+            let step = (256.0 * colour[0] + colour[1]).round().clamp(0.0, 65_534.0) as u16;
+            bytes[..2].copy_from_slice(&step.to_be_bytes());
+        }
         self.colour[index * 3..index * 3 + 3].copy_from_slice(&bytes[..3]);
         self.mask[index] = bytes[3];
         self.any_valid = true;

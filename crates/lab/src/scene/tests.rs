@@ -6,7 +6,7 @@ use super::objects::SceneObject;
 use super::pose::{LensTable, SceneCamera, ScenePose, geodetic_at};
 use super::sample::{GROUND, Sample, WATER};
 use super::*;
-use overfly_core::camera::{Attitude, Camera, Intrinsics, View};
+use overfly_core::camera::{Attitude, Camera, Height, Intrinsics, View};
 use overfly_core::geodesy::{BodyFrame, LocalFrame};
 
 const NOON: Sun = Sun { azimuth_deg: 135.0, elevation_deg: 45.0 };
@@ -57,7 +57,11 @@ fn a_ground_point_is_seen_where_the_camera_model_says() {
     let mut lens = Intrinsics::centred(400, 300, 380.0);
     lens.distortion = [-0.05, 0.01, 0.0005, -0.0004, 0.0];
     let pose = ScenePose { place: [104.0, 96.0], z_m: 150.0, heading_rad: 0.7, pitch_rad: 0.15, roll_rad: -0.1 };
-    let view = View::Posed { intrinsics: lens.clone(), height_agl_m: 100.0, attitude: Attitude::exact(0.15, -0.1) };
+    let view = View::Posed {
+        intrinsics: lens.clone(),
+        height: Height::AboveGround(100.0),
+        attitude: Attitude::exact(0.15, -0.1),
+    };
     let model = Camera::new(&view, 400, 300).unwrap();
     let camera = SceneCamera::new(&pose);
     let world = plain(&[], Vec::new(), 1.0);

@@ -5,7 +5,7 @@ use super::error::TrialError;
 use super::recorded_flight::{RecordedFlight, RecordedFrame};
 use overfly_core::geodesy::{Enu, EnuCovariance, Geodetic, LocalFrame};
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
-use overfly_flight::locate::{Answer, Fix, FixRequest, HeadingPrior, Parts, PositionPrior, locate_by_parts};
+use overfly_flight::locate::{Answer, Fix, FixRequest, HeadingPrior, Part, Parts, PositionPrior, locate_by_parts};
 use overfly_store::Reader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -135,7 +135,7 @@ impl FixTrial {
         let frame = &flight.frames[index];
         let truth = frame.true_position.expect("checked by the caller");
         let prior = self.displaced(truth, index);
-        let request = self.request(flight, frame, prior);
+        let request = self.request(store, flight, frame, prior);
         let asked = Instant::now();
         let answer = locate_by_parts(store, pixels, &request, self.threads, self.parts)
             .map_err(|cause| TrialError::Locate { image: frame.image.clone(), cause })?
@@ -160,7 +160,8 @@ impl FixTrial {
         LocalFrame::at(truth).geodetic_from_enu(error).unwrap_or(truth)
     }
 
-    fn request(&self, flight: &RecordedFlight, frame: &RecordedFrame, prior: Geodetic) -> FixRequest {
+    fn request(&self, store: &Reader, flight: &RecordedFlight, frame: &RecordedFrame, prior: Geodetic) -> FixRequest {
+        let on_terrain = store.terrain().is_some() && self.parts.has(Part::Terrain);
         // A metre and a thousandth more, because north at the prior is not exactly north at the truth.
         let square = PositionPrior::Square { centre: prior, half_width_m: self.prior_error_m * 1.001 + 1.0 };
         FixRequest {
@@ -169,7 +170,7 @@ impl FixTrial {
             heading: self
                 .heading_sigma_deg
                 .map(|sigma| HeadingPrior { heading_rad: frame.heading_rad, sigma_rad: sigma.to_radians() }),
-            view: frame.view(&flight.camera),
+            view: if on_terrain { frame.view_over_terrain(&flight.camera) } else { frame.view(&flight.camera) },
             scale_sigma_ratio: self.height_sigma_ratio,
             time_s: Some(frame.time_s),
         }

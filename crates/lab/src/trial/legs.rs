@@ -163,6 +163,8 @@ mod tests {
             true_position: Geodetic::from_degrees(47.0, 8.0).ok(),
             true_heading_rad: None,
             height_agl_m,
+            height_msl_m: None,
+            camera: None,
             heading_rad: heading_deg.to_radians(),
             attitude: Attitude::UNSTATED,
         }

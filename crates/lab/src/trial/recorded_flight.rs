@@ -3,17 +3,18 @@
 use super::camera_file::read_camera;
 use super::error::TrialError;
 use super::input_table::{InputRow, InputTable};
-use overfly_core::camera::{Attitude, Intrinsics, MAX_ATTITUDE_SIGMA_DEG, View};
-use overfly_core::geodesy::Geodetic;
-use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use overfly_core::camera::{Attitude, CameraFile, Height, Intrinsics, MAX_ATTITUDE_SIGMA_DEG, View};
+use overfly_core::geodesy::{Geodetic, VerticalDatum};
+use std::collections::{HashMap, HashSet};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 /// A flight. Frames are in the order of `flight.csv`.
 #[derive(Debug, Clone)]
 pub struct RecordedFlight {
     /// The `flight.csv` that was read.
     pub path: PathBuf,
-    /// `camera.toml` beside it.
+    /// `camera.toml` beside it; that of the first row, where each row names its own.
     pub camera: Intrinsics,
     /// The frames; at least one.
     pub frames: Vec<RecordedFrame>,
@@ -36,6 +37,10 @@ pub struct RecordedFrame {
     pub true_heading_rad: Option<f64>,
     /// Height by the altimeter, metres above ground.
     pub height_agl_m: f64,
+    /// Height above mean sea level (EGM2008), metres, if stated.
+    pub height_msl_m: Option<f64>,
+    /// The camera of this row, where it names one of its own.
+    pub camera: Option<Arc<Intrinsics>>,
     /// Heading by the compass, radians clockwise from true north.
     pub heading_rad: f64,
     /// How far off nadir the camera looked, as stated.
@@ -68,18 +73,25 @@ impl RecordedFlight {
     fn read_rows(folder: &Path, absurd: Absurd) -> Result<Self, TrialError> {
         let path = folder.join("flight.csv");
         let table = InputTable::read(&path, &NEEDED)?;
-        let camera = read_camera(&folder.join("camera.toml"))?;
-        let attitude_sigma_rad = camera.attitude_sigma_deg.map(f64::to_radians);
+        let beside = folder.join("camera.toml");
+        let mut cameras = Cameras::new(folder, if beside.exists() { Some(read_camera(&beside)?) } else { None });
         let mut names = HashSet::new();
         let mut frames = Vec::with_capacity(table.rows().len());
         for row in table.rows() {
-            let frame = read_row(&table, row, attitude_sigma_rad, absurd)?;
+            let own = cameras.of_row(&table, row)?;
+            let frame = read_row(&table, row, own, absurd)?;
             if !names.insert(frame.image.clone()) {
                 return Err(table.bad_cell(row, "image", "each image stands in one row only"));
             }
             frames.push(frame);
         }
-        Ok(Self { path, camera: camera.intrinsics(), frames })
+        let own = frames.iter().find_map(|frame| frame.camera.as_deref().cloned());
+        let camera = match (cameras.beside, own) {
+            (Some(beside), _) => beside.intrinsics(),
+            (None, Some(own)) => own,
+            (None, None) => read_camera(&beside)?.intrinsics(),
+        };
+        Ok(Self { path, camera, frames })
     }
 
     /// The same flight with another standard deviation of the attitude, radians, for every frame, whatever the folder states.
@@ -90,9 +102,24 @@ impl RecordedFlight {
 }
 
 impl RecordedFrame {
-    /// The view of the camera by the sensors.
+    /// The camera of this row, or else that of the flight.
+    pub fn camera<'a>(&'a self, flight: &'a Intrinsics) -> &'a Intrinsics {
+        self.camera.as_deref().unwrap_or(flight)
+    }
+
+    /// The view of the camera by the sensors, `camera` being that of the flight.
     pub fn view(&self, camera: &Intrinsics) -> View {
-        View::Posed { intrinsics: camera.clone(), height_agl_m: self.height_agl_m, attitude: self.attitude }
+        self.view_at(camera, Height::AboveGround(self.height_agl_m))
+    }
+
+    /// As [`RecordedFrame::view`], by the height above sea where the row states it: over a map with terrain.
+    pub fn view_over_terrain(&self, camera: &Intrinsics) -> View {
+        let above_sea = self.height_msl_m.map(|height_m| Height::AboveDatum(VerticalDatum::Egm2008, height_m));
+        self.view_at(camera, above_sea.unwrap_or(Height::AboveGround(self.height_agl_m)))
+    }
+
+    fn view_at(&self, camera: &Intrinsics, height: Height) -> View {
+        View::Posed { intrinsics: self.camera(camera).clone(), height, attitude: self.attitude }
     }
 }
 
@@ -132,11 +159,52 @@ pub fn runs(frames: &[RecordedFrame]) -> Vec<&[RecordedFrame]> {
     frames.chunk_by(|a, b| b.time_s - a.time_s <= longest_s).collect()
 }
 
-/// `sigma_rad`: the standard deviation of the attitude that `camera.toml` states, for rows that state none.
+/// The camera files of a flight, each read once.
+struct Cameras {
+    folder: PathBuf,
+    beside: Option<CameraFile>,
+    known: HashMap<String, (Arc<Intrinsics>, Option<f64>)>,
+}
+
+impl Cameras {
+    fn new(folder: &Path, beside: Option<CameraFile>) -> Self {
+        Self { folder: folder.into(), beside, known: HashMap::new() }
+    }
+
+    /// The camera that a row names, and the standard deviation of the attitude that its camera file states, radians.
+    fn of_row(
+        &mut self,
+        table: &InputTable,
+        row: &InputRow,
+    ) -> Result<(Option<Arc<Intrinsics>>, Option<f64>), TrialError> {
+        let name = table.text(row, "camera");
+        if name.is_empty() {
+            let beside = match &self.beside {
+                Some(beside) => beside,
+                None => self.beside.insert(read_camera(&self.folder.join("camera.toml"))?),
+            };
+            return Ok((None, beside.attitude_sigma_deg.map(f64::to_radians)));
+        }
+        if !self.known.contains_key(name) {
+            let path = Path::new(name);
+            let is_below = path.components().all(|part| matches!(part, Component::Normal(_)));
+            if !is_below {
+                return Err(table.bad_cell(row, "camera", "a camera file within the folder of the flight"));
+            }
+            let camera = read_camera(&self.folder.join(path))?;
+            let sigma_rad = camera.attitude_sigma_deg.map(f64::to_radians);
+            self.known.insert(name.to_owned(), (Arc::new(camera.intrinsics()), sigma_rad));
+        }
+        let (camera, sigma_rad) = &self.known[name];
+        Ok((Some(camera.clone()), *sigma_rad))
+    }
+}
+
+/// `camera`: that which the row names, and the standard deviation of the attitude that its camera file states, for rows that state none.
 fn read_row(
     table: &InputTable,
     row: &InputRow,
-    sigma_rad: Option<f64>,
+    (camera, sigma_rad): (Option<Arc<Intrinsics>>, Option<f64>),
     absurd: Absurd,
 ) -> Result<RecordedFrame, TrialError> {
     let within = |limit: f64| move |v: f64| v.abs() <= limit;
@@ -159,6 +227,8 @@ fn read_row(
         true_position,
         true_heading_rad: table.number_or_empty(row, "true_heading_deg", ANGLE, within(360.0))?.map(f64::to_radians),
         height_agl_m: absurd.number(table, row, "height_agl_m", height_m)?,
+        height_msl_m: table.number_or_empty(row, "height_msl_m", "a number of metres, or empty", |v| v.abs() < 1e5)?,
+        camera,
         heading_rad: absurd.number(table, row, "heading_deg", heading_deg)?.to_radians(),
         attitude: Attitude::new(pitch_rad, roll_rad, row_sigma.map(f64::to_radians).or(sigma_rad)),
     })

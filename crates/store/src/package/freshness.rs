@@ -139,6 +139,7 @@ mod tests {
             complete: true,
             digest: None,
             terms: Default::default(),
+            terrain: None,
         }
     }
 

@@ -17,6 +17,7 @@ The flight is located once with the whole method, and once more without each of 
   whole_view      the whole view must stand out too; without: the windows are enough
   rival_votes     a rival that its windows do not tell from chance is none; without: the pixels alone decide
   near_rivals     a rival within a place's own ellipse widens it; without: it makes the place ambiguous
+  terrain         frames are laid on the store's terrain, where it has one; without: on a plane
 
 Example:
   overfly evaluate ablation --db town.gpkg --flight town/flight --prior-error-m 100 --right-m 20 --truth centre --attitude-sigma-deg 8";
@@ -69,6 +70,7 @@ fn name(part: Part) -> &'static str {
         Part::WholeView => "whole_view",
         Part::RivalVotes => "rival_votes",
         Part::NearRivals => "near_rivals",
+        Part::Terrain => "terrain",
     }
 }
 

@@ -41,9 +41,9 @@ pub(super) fn prepare<'a>(
 /// [`CandidatesError::AnyLayer`] for [`ANY_LAYER`], unless a layer of an older program has that name; where the store has no such layer.
 pub fn named_layer<'a>(store: &'a Reader, name: &str) -> Result<&'a Layer, CandidatesError> {
     if name == ANY_LAYER && store.layers().iter().all(|layer| layer.name != ANY_LAYER) {
-        return Err(CandidatesError::AnyLayer { layers: store.layers().iter().map(|l| l.name.clone()).collect() });
+        return Err(CandidatesError::AnyLayer { layers: store.imagery_layers().map(|l| l.name.clone()).collect() });
     }
-    Ok(store.layer(name)?)
+    Ok(store.imagery_layer(name)?)
 }
 
 /// Returns the layer to use where none is named: the only complete one, or `ortho` among several.
@@ -51,11 +51,11 @@ pub fn named_layer<'a>(store: &'a Reader, name: &str) -> Result<&'a Layer, Candi
 /// # Errors
 /// [`CandidatesError::LayerNotStated`] where this is not one layer.
 pub fn default_layer(store: &Reader) -> Result<&Layer, CandidatesError> {
-    let mut complete = store.layers().iter().filter(|layer| layer.complete);
+    let mut complete = store.imagery_layers();
     match (complete.next(), complete.next()) {
         (Some(only), None) => Ok(only),
-        _ => store.layers().iter().find(|l| l.complete && l.name == "ortho").ok_or_else(|| {
-            CandidatesError::LayerNotStated { layers: store.layers().iter().map(|l| l.name.clone()).collect() }
+        _ => store.imagery_layers().find(|l| l.name == "ortho").ok_or_else(|| CandidatesError::LayerNotStated {
+            layers: store.imagery_layers().map(|l| l.name.clone()).collect(),
         }),
     }
 }

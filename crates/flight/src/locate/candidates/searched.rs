@@ -2,10 +2,12 @@
 
 use super::super::answering::SearchSize;
 use super::super::error::LocateError;
+use super::super::ground_heights::GroundHeights;
 use super::super::hypotheses::hypotheses;
 use super::super::request::{FixRequest, PositionPrior};
 use super::super::search_extent::{SearchExtent, estimated_s};
 use super::super::searched_ground::SearchedGround;
+use super::super::stated_height::StatedHeight;
 use super::candidate_tiles::{Candidate, Candidates};
 use super::geometry::Geometry;
 use super::ranking::{candidate, imaged_probability};
@@ -29,8 +31,10 @@ pub fn searched_candidates(store: &Reader, request: &FixRequest, most_tiles: u64
         let expected = "state height_m and camera: without an image, only they tell how much ground it shows";
         return Err(LocateError::Missing { name: "camera", expected });
     };
+    let layer = store.imagery_layer(&request.layer)?;
+    let (_, resolved) = StatedHeight::resolved(request, layer, GroundHeights::from_store(store).as_ref())?;
+    let request = &resolved;
     let camera = Camera::new(&request.view, intrinsics.width_px, intrinsics.height_px)?;
-    let layer = store.layer(&request.layer)?;
     let ground = SearchedGround::new(request, layer, &camera).ok();
     let footprints = match &ground {
         Some(ground) => {

@@ -5,7 +5,7 @@ use crate::build::composite::fill;
 use crate::build::recipe::KEYPOINTS_PER_TILE;
 use overfly_core::feature::keypoint;
 use overfly_core::tile::TileId;
-use overfly_store::{Source, StoreError, StoredTile, TileContent, decode};
+use overfly_store::{Source, StoreError, StoredTile, TileContent, decode, decode_heights};
 
 /// A blended tile.
 pub struct BlendedTile {
@@ -16,11 +16,12 @@ pub struct BlendedTile {
     pub exact: bool,
 }
 
-/// Blends the shards' tiles, the first one on top. A first tile without invalid pixels is taken unchanged.
+/// Blends the shards' tiles of imagery or of heights, the first one on top. A first tile without invalid pixels is taken unchanged.
 ///
 /// # Errors
 /// [`StoreError`] where a tile is damaged, or the new tile cannot be encoded.
-pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<BlendedTile, StoreError> {
+pub fn blend(tile: TileId, holders: &[&Shard<'_>], heights: bool) -> Result<BlendedTile, StoreError> {
+    let decode = if heights { decode_heights } else { decode };
     let top = holders[0].stored(tile)?;
     let undecoded = |reason| StoreError::Encode { tile, reason };
     let mut pixels = decode(&top.image).map_err(undecoded)?;
@@ -47,6 +48,10 @@ pub fn blend(tile: TileId, holders: &[&Shard<'_>]) -> Result<BlendedTile, StoreE
         return Ok(BlendedTile { tile: top, exact });
     }
     seen.sort_by(|a, b| a.covering_order(b));
+    if heights {
+        let content = TileContent::encode_heights(tile, &pixels, &seen)?;
+        return Ok(BlendedTile { tile: StoredTile::from_content(tile, content), exact });
+    }
     let keypoints = keypoint::describe(&pixels.colour.to_gray(), &pixels.mask, KEYPOINTS_PER_TILE);
     let content = TileContent::encode(tile, &pixels, &seen, Some(&keypoints))?;
     Ok(BlendedTile { tile: StoredTile::from_content(tile, content), exact })

@@ -48,6 +48,16 @@ pub enum MergeError {
         /// The store that declares it differently.
         other: PathBuf,
     },
+    /// Heights above different surfaces, or heights and imagery.
+    #[error("layer {layer}: {} and {} state different things of its heights", first.display(), other.display())]
+    Terrain {
+        /// The layer.
+        layer: String,
+        /// One store.
+        first: PathBuf,
+        /// The other store.
+        other: PathBuf,
+    },
     /// Tiles differ, and the request refuses that.
     #[error("layer {layer}: {tiles} tiles are not the same in all stores, the first of them {first}")]
     Conflict {
@@ -69,7 +79,7 @@ impl MergeError {
             Self::TooFew => "usage",
             Self::Exported { .. } => "sealed_store",
             Self::Zooms { .. } => "other_zoom",
-            Self::Declared { .. } => "other_declaration",
+            Self::Declared { .. } | Self::Terrain { .. } => "other_declaration",
             Self::Conflict { .. } => "tile_conflict",
         }
     }
@@ -83,7 +93,7 @@ impl MergeError {
             Self::Zooms { layer, first_zoom, .. } => {
                 Some(Remedy::RebuildAtZoom { layer: layer.clone(), zoom: *first_zoom })
             }
-            Self::Declared { .. } => Some(Remedy::RebuildAsDeclared),
+            Self::Declared { .. } | Self::Terrain { .. } => Some(Remedy::RebuildAsDeclared),
             Self::Conflict { .. } => Some(Remedy::ChooseCovering),
         }
     }

@@ -70,6 +70,6 @@ impl<'a> Shard<'a> {
     /// sources of all shards that meet the tile.
     pub fn is_current<'b>(&self, tile: TileId, met_by: impl Iterator<Item = &'b Source>) -> bool {
         let mut met = met_by.filter(|s| self.has(s)).peekable();
-        met.peek().is_none() || self.inputs.get(&tile) == Some(&base_inputs(met))
+        met.peek().is_none() || self.inputs.get(&tile) == Some(&base_inputs(met, self.layer.terrain.is_some()))
     }
 }

@@ -10,7 +10,7 @@ use crate::build::build_plan::{cover, tile_inputs};
 use crate::build::composite::TileFailure;
 use crate::build::overview::shrink;
 use overfly_core::tile::TileId;
-use overfly_store::{Extract, LayerHead, Source, StoreError, StoredTile, Terms};
+use overfly_store::{Extract, LayerHead, Source, StoreError, StoredTile, Terms, Terrain};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -47,12 +47,13 @@ impl<'a> Union<'a> {
         let base_zoom = common_zoom(name, &shards)?;
         let sources = all_sources(name, &shards)?;
         let cover = cover(&sources, base_zoom)?;
-        let (required, levels) = tile_inputs(&sources, &cover);
+        let terrain = common_terrain(name, &shards)?;
+        let (required, levels) = tile_inputs(&sources, &cover, terrain.is_some());
         let stated = shards.iter().any(|s| s.zoom_override.is_some());
         let min_zoom = base_zoom - levels.len() as u8;
         let terms = shards.iter().fold(Terms::default(), |terms, shard| terms.or(&shard.layer.terms));
         let zoom_override = stated.then_some(base_zoom);
-        let head = LayerHead { name: name.into(), base_zoom, min_zoom, zoom_override, terms };
+        let head = LayerHead { name: name.into(), base_zoom, min_zoom, zoom_override, terms, terrain };
         let union = Self { head, shards, conflict, sources, cover, required, levels };
         if conflict == Conflict::Refuse {
             union.refuse_conflicts()?;
@@ -101,7 +102,7 @@ impl<'a> Union<'a> {
             written.summary.taken_tiles += 1;
             first.stored(tile)?
         } else {
-            let blended = blend(tile, &holders)?;
+            let blended = blend(tile, &holders, self.head.terrain.is_some())?;
             exact &= blended.exact;
             written.summary.blended_tiles += 1;
             blended.tile
@@ -185,6 +186,19 @@ fn by_newest_source(a: &Shard<'_>, tile: TileId, b: &Shard<'_>) -> Ordering {
     match (a.seen(tile).first(), b.seen(tile).first()) {
         (Some(a), Some(b)) => a.covering_order(b),
         (a, b) => b.is_some().cmp(&a.is_some()),
+    }
+}
+
+/// What the stores state of a layer's heights, which must be the same; `None` for imagery.
+fn common_terrain(name: &str, shards: &[Shard<'_>]) -> Result<Option<Terrain>, MergeError> {
+    let first = &shards[0];
+    match shards.iter().find(|s| s.layer.terrain != first.layer.terrain) {
+        None => Ok(first.layer.terrain),
+        Some(other) => Err(MergeError::Terrain {
+            layer: name.into(),
+            first: first.reader.path().into(),
+            other: other.reader.path().into(),
+        }),
     }
 }
 

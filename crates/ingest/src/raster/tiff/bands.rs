@@ -5,6 +5,7 @@ use crate::raster::error::RasterError;
 use crate::raster::gdal_metadata::{metadata_xml, parse_items};
 use crate::raster::options::OpenOptions;
 use crate::remedy::Remedy;
+use overfly_store::step_of;
 use std::path::Path;
 use tiff_reader::{ExtraSample, Ifd, PhotometricInterpretation, TagValue};
 
@@ -19,6 +20,8 @@ enum ColourModel {
     Rgb,
     /// One sample is an index of colours.
     Palette(Vec<[u8; 3]>),
+    /// One sample is a height, metres.
+    Height,
 }
 
 /// The type of one stored sample.
@@ -62,6 +65,10 @@ impl Bands {
         let photometric = image.photometric_interpretation_enum();
         let samples = layout.samples_per_pixel;
         let colours = match photometric {
+            Some(PhotometricInterpretation::MinIsBlack) if options.heights && samples == 1 => ColourModel::Height,
+            _ if options.heights => {
+                return Err(unsupported(format!("it holds no heights: {samples} samples a pixel, not one")));
+            }
             Some(PhotometricInterpretation::Palette) => ColourModel::Palette(palette(path, image)?),
             Some(PhotometricInterpretation::Rgb | PhotometricInterpretation::YCbCr) if samples >= 3 => ColourModel::Rgb,
             Some(PhotometricInterpretation::MinIsWhite) => ColourModel::Gray { inverted: true },
@@ -87,7 +94,7 @@ impl Bands {
             }
         };
         let stretch = match (options.stretch, sample_type, &colours) {
-            (_, _, ColourModel::Palette(_)) => (0.0, 255.0),
+            (_, _, ColourModel::Palette(_) | ColourModel::Height) => (0.0, 255.0),
             (Some((low, high)), _, _) if low.is_finite() && high.is_finite() && low < high => (low, high),
             (Some((low, high)), _, _) => return Err(RasterError::BadStretch { path: path.into(), low, high }),
             (None, SampleType::U8, _) => (0.0, f64::from((1u32 << bits) - 1)),
@@ -115,7 +122,12 @@ impl Bands {
             return None;
         }
         let plain = self.sample_type == SampleType::U8 && self.stretch == (0.0, 255.0);
-        if plain && mask.is_none() && self.alpha.is_none() && self.no_data.is_none() {
+        if plain
+            && self.colours != ColourModel::Height
+            && mask.is_none()
+            && self.alpha.is_none()
+            && self.no_data.is_none()
+        {
             match (&self.colours, self.samples) {
                 (ColourModel::Rgb, 3) => return Some(PixelBlock { width_px, height_px, channels: 3, data: samples }),
                 (ColourModel::Gray { inverted: false }, 1) => {
@@ -154,6 +166,9 @@ impl Bands {
         if self.alpha.is_some_and(|(i, opaque)| at(i) < opaque / 2.0) {
             return false;
         }
+        if self.colours == ColourModel::Height && step_of(at(0)).is_none() {
+            return false;
+        }
         let shown = if self.colours == ColourModel::Rgb { 3 } else { 1 };
         if matches!(self.sample_type, SampleType::F32 | SampleType::F64) && (0..shown).any(|i| at(i).is_nan()) {
             return false;
@@ -177,6 +192,10 @@ impl Bands {
             ColourModel::Palette(colours) => {
                 let index = self.sample_type.value(stored) as usize;
                 pixel[..3].copy_from_slice(&colours.get(index).copied().unwrap_or_default());
+            }
+            ColourModel::Height => {
+                let step = step_of(self.sample_type.value(stored)).unwrap_or_default();
+                pixel[..2].copy_from_slice(&step.to_be_bytes());
             }
         }
         pixel[pixel.len() - 1] = 255;

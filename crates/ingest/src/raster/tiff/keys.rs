@@ -68,7 +68,7 @@ impl GeoKeys {
     }
 
     /// Returns a code, unless it is absent, 'undefined' or 'user-defined'.
-    fn code(&self, key: u16) -> Option<u16> {
+    pub fn code(&self, key: u16) -> Option<u16> {
         self.short(key).filter(|v| !matches!(*v, 0 | USER_DEFINED))
     }
 

@@ -3,7 +3,7 @@
 use super::kind::DisturbanceKind;
 use super::pixel_disturbance::pixels;
 use super::virtual_camera::VirtualCamera;
-use overfly_core::camera::{Attitude, Camera, CameraDeviation, CameraError, Intrinsics, View};
+use overfly_core::camera::{Attitude, Camera, CameraDeviation, CameraError, Height, Intrinsics, View};
 use overfly_core::geodesy::{BodyFrame, BodyOffset, Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
 use rand::Rng;
@@ -75,7 +75,11 @@ impl DisturbedFrame {
         let (width_px, height_px) = (source.gray.width_px() as u32, source.gray.height_px() as u32);
         let intrinsics = source.intrinsics.scaled_to(width_px, height_px)?;
         let height_agl_m = source.height_agl_m;
-        let view = View::Posed { intrinsics: intrinsics.clone(), height_agl_m, attitude: source.attitude };
+        let view = View::Posed {
+            intrinsics: intrinsics.clone(),
+            height: Height::AboveGround(height_agl_m),
+            attitude: source.attitude,
+        };
         let camera = Camera::new(&view, width_px, height_px)?;
         let change = CameraChange::draw(kind, number, source.attitude, rng);
         let Some(taken) = VirtualCamera::new(&camera, change.deviation, change.beside) else { return Ok(None) };
@@ -102,7 +106,7 @@ impl DisturbedFrame {
             gray,
             view: View::Posed {
                 intrinsics: stated,
-                height_agl_m: height_agl_m * change.height_factor,
+                height: Height::AboveGround(height_agl_m * change.height_factor),
                 attitude: change.attitude,
             },
             heading_rad: source.heading_rad + change.turn_rad,

@@ -128,12 +128,12 @@ impl DisturbedTrial {
 
 fn source<'a>(
     flight: &'a RecordedFlight,
-    frame: &RecordedFrame,
+    frame: &'a RecordedFrame,
     gray: &'a overfly_core::pixels::Gray,
 ) -> SourceFrame<'a> {
     SourceFrame {
         gray,
-        intrinsics: &flight.camera,
+        intrinsics: frame.camera(&flight.camera),
         height_agl_m: frame.height_agl_m,
         attitude: frame.attitude,
         nadir: frame.true_position.expect("checked by the caller"),

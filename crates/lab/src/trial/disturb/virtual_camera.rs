@@ -77,7 +77,7 @@ impl<'a> VirtualCamera<'a> {
     fn ground(&self, [x, y]: [f64; 2]) -> Option<BodyOffset> {
         let [left, top] = self.corner_px();
         let ray = self.source.ray_from_frame([x + left, y + top]);
-        self.source.deviated(&self.deviation).body_from_ray(self.deviation.ray(ray, 0.0))
+        self.source.deviated(&self.deviation).body_from_ray(self.deviation.ray(ray, 0.0), 0.0)
     }
 
     /// The position in the source's frame that shows the same ground.
@@ -112,7 +112,7 @@ mod tests {
     fn camera(pitch_deg: f64, width_px: u32, height_px: u32, principal_point_px: [f64; 2]) -> Camera {
         let view = View::Posed {
             intrinsics: Intrinsics { principal_point_px, ..Intrinsics::centred(width_px, height_px, 400.0) },
-            height_agl_m: 2200.0,
+            height: Height::AboveGround(2200.0),
             attitude: Attitude::exact(pitch_deg.to_radians(), 0.0),
         };
         Camera::new(&view, width_px, height_px).unwrap()

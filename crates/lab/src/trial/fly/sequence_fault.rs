@@ -280,6 +280,8 @@ mod tests {
             true_position: None,
             true_heading_rad: None,
             height_agl_m: 500.0 + i as f64,
+            height_msl_m: None,
+            camera: None,
             heading_rad: 1.0 + 0.01 * i as f64,
             attitude: Attitude::exact(0.0, 0.0),
         };

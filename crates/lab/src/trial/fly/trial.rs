@@ -114,7 +114,7 @@ impl FlyTrial<'_> {
                 heading_rad: frame.heading_rad + self.disturbances.heading_bias_rad,
                 height_m: frame.height_agl_m,
             },
-            intrinsics: self.flight.camera.clone(),
+            intrinsics: frame.camera(&self.flight.camera).clone(),
             attitude: frame.attitude,
         }
     }

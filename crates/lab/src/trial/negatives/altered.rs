@@ -18,7 +18,7 @@ pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
     (0..height).for_each(|y| gray.values_mut()[y * width..(y + 1) * width].reverse());
     let view = match view {
         View::Nadir { .. } => view.clone(),
-        View::Posed { intrinsics: i, height_agl_m, attitude } => {
+        View::Posed { intrinsics: i, height, attitude } => {
             let [k1, k2, p1, p2, k3] = i.distortion;
             let [cx, cy] = i.principal_point_px;
             View::Posed {
@@ -27,7 +27,7 @@ pub fn mirrored(frame: &Gray, view: &View) -> ShownFrame {
                     distortion: [k1, k2, p1, -p2, k3],
                     ..i.clone()
                 },
-                height_agl_m: *height_agl_m,
+                height: *height,
                 attitude: Attitude { roll_rad: attitude.roll_rad.map(|roll_rad| -roll_rad), ..*attitude },
             }
         }
@@ -59,7 +59,7 @@ pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, 
     let gray = Gray::from_values(side, side, values).expect("one value for each pixel");
     let view = match view {
         View::Nadir { .. } => view.clone(),
-        View::Posed { intrinsics, height_agl_m, attitude } => {
+        View::Posed { intrinsics, height: flown, attitude } => {
             let whole = intrinsics.scaled_to(width as u32, height as u32)?;
             let [cx, cy] = whole.principal_point_px;
             View::Posed {
@@ -69,7 +69,7 @@ pub fn turned(frame: &Gray, view: &View, quarters: usize) -> Result<ShownFrame, 
                     principal_point_px: [cx - left as f64, cy - top as f64],
                     ..whole
                 },
-                height_agl_m: *height_agl_m,
+                height: *flown,
                 attitude: *attitude,
             }
         }
@@ -115,7 +115,7 @@ mod tests {
     fn posed(width_px: u32, height_px: u32) -> View {
         let intrinsics =
             Intrinsics { principal_point_px: [3.0, 1.5], ..Intrinsics::centred(width_px, height_px, 10.0) };
-        View::Posed { intrinsics, height_agl_m: 100.0, attitude: Attitude::exact(0.01, 0.02) }
+        View::Posed { intrinsics, height: Height::AboveGround(100.0), attitude: Attitude::exact(0.01, 0.02) }
     }
 
     #[test]

@@ -161,8 +161,8 @@ impl StorePair<'_> {
     fn layer(&self, layer: &Layer) -> Result<PatchLayer, StoreError> {
         let zoom_override = LayerState::read(self.new.path(), &layer.name)?.zoom_override;
         let (base_zoom, min_zoom) = (layer.base_zoom, layer.min_zoom);
-        let (name, terms) = (layer.name.clone(), layer.terms.clone());
-        let head = LayerHead { name, base_zoom, min_zoom, zoom_override, terms };
+        let (name, terms, terrain) = (layer.name.clone(), layer.terms.clone(), layer.terrain);
+        let head = LayerHead { name, base_zoom, min_zoom, zoom_override, terms, terrain };
         let mut sources = self.new.sources(layer)?;
         sources.sort_by_key(|s| s.content_hash);
         Ok(PatchLayer { head, sources })

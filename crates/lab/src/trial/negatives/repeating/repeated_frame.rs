@@ -132,7 +132,7 @@ mod tests {
             let nadir = scene_frame.geodetic_from_enu(Enu { east_m: 50.0, north_m: -30.0 }).unwrap();
             let view = View::Posed {
                 intrinsics: Intrinsics::centred(160, 120, 150.0),
-                height_agl_m: 150.0 * gsd_m,
+                height: Height::AboveGround(150.0 * gsd_m),
                 attitude: Attitude::exact(0.05, -0.08),
             };
             let pose = TruePose { nadir, heading_rad: 0.5 + seed as f64, view };

@@ -13,7 +13,7 @@ use crate::trial::negatives::outcome::{DrawnPattern, NegativeOutcome, TruePlace}
 use crate::trial::negatives::search::StatedPrior;
 use crate::trial::negatives::trial::NegativeTrial;
 use crate::trial::recorded_flight::{RecordedFlight, RecordedFrame};
-use overfly_core::camera::{Camera, CameraError, View};
+use overfly_core::camera::{Camera, CameraError, Height, View};
 use overfly_core::geodesy::{Geodetic, LocalFrame};
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::read_frame;
@@ -222,7 +222,7 @@ impl<'a> RepeatingTrials<'a> {
     fn pose(&self, frame: &RecordedFrame) -> TruePose {
         let view = View::Posed {
             intrinsics: self.flight.camera.clone(),
-            height_agl_m: self.level_height_m.unwrap_or(frame.height_agl_m),
+            height: Height::AboveGround(self.level_height_m.unwrap_or(frame.height_agl_m)),
             attitude: frame.attitude,
         };
         let heading_rad = frame.true_heading_rad.unwrap_or(frame.heading_rad);
@@ -273,6 +273,8 @@ mod tests {
             true_position: None,
             true_heading_rad: None,
             height_agl_m,
+            height_msl_m: None,
+            camera: None,
             heading_rad: 0.0,
             attitude: Attitude::exact(0.0, 0.0),
         };
