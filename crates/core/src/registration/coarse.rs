@@ -30,29 +30,39 @@ pub struct PlacedView {
     pub nadir_px: [i64; 2],
 }
 
-/// Largest extent of views from their nadirs to each side, pixels.
+/// Largest extent of views from their nadirs to each side, pixels; negative where all views end before their nadirs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reach {
     /// Towards smaller columns.
-    pub left: usize,
+    pub left: i64,
     /// Towards smaller rows.
-    pub top: usize,
+    pub top: i64,
     /// Towards larger columns, the nadir's own included.
-    pub right: usize,
+    pub right: i64,
     /// Towards larger rows, the nadir's own included.
-    pub bottom: usize,
+    pub bottom: i64,
 }
 
 impl Reach {
-    /// The reach that covers all of `views`; at least the nadir's own pixel.
+    /// The reach that covers all of `views`.
     pub fn from_views(views: &[PlacedView]) -> Self {
-        let most = |pick: fn(&PlacedView) -> i64, least: i64| views.iter().map(pick).max().unwrap_or(0).max(least);
+        let most = |pick: fn(&PlacedView) -> i64| views.iter().map(pick).max().unwrap_or(0);
         Self {
-            left: most(|v| v.nadir_px[0], 0) as usize,
-            top: most(|v| v.nadir_px[1], 0) as usize,
-            right: most(|v| v.structure.width_px as i64 - v.nadir_px[0], 1) as usize,
-            bottom: most(|v| v.structure.height_px as i64 - v.nadir_px[1], 1) as usize,
+            left: most(|v| v.nadir_px[0]),
+            top: most(|v| v.nadir_px[1]),
+            right: most(|v| v.structure.width_px as i64 - v.nadir_px[0]),
+            bottom: most(|v| v.structure.height_px as i64 - v.nadir_px[1]),
         }
+    }
+
+    /// Columns between the smallest and the largest.
+    pub fn width_px(&self) -> usize {
+        (self.left + self.right).max(1) as usize
+    }
+
+    /// Rows between the smallest and the largest.
+    pub fn height_px(&self) -> usize {
+        (self.top + self.bottom).max(1) as usize
     }
 }
 
@@ -97,8 +107,8 @@ impl CoarseMap {
         write_rows(&mut energy, transform_size[0], [0, 0], map, energy_at);
         fourier.forward(&mut energy, 0..map.height_px);
         let places = [
-            (map.width_px + 1).saturating_sub(reach.left + reach.right),
-            (map.height_px + 1).saturating_sub(reach.top + reach.bottom),
+            (map.width_px + 1).saturating_sub(reach.width_px()),
+            (map.height_px + 1).saturating_sub(reach.height_px()),
         ];
         Self { plans, mean_energy: map.mean_energy(), transform_size, channels, energy, reach, places }
     }
@@ -180,8 +190,8 @@ impl CoarseMap {
         plane: &mut Vec<Complex32>,
         value: impl Fn(&Structure, usize) -> Complex32,
     ) {
-        let x = (self.reach.left as i64 - view.nadir_px[0]) as usize;
-        let y = (self.reach.top as i64 - view.nadir_px[1]) as usize;
+        let x = (self.reach.left - view.nadir_px[0]) as usize;
+        let y = (self.reach.top - view.nadir_px[1]) as usize;
         write_rows(plane, self.transform_size[0], [x, y], &view.structure, value);
         fourier.forward(plane, y..y + view.structure.height_px);
     }
@@ -313,6 +323,23 @@ mod tests {
             let best = (0..surface.values.len()).max_by(|&a, &b| surface.values[a].total_cmp(&surface.values[b]));
             assert_eq!(best.map(|b| [b % columns, b / columns]), Some(corner));
         }
+    }
+
+    /// A camera that looks aside shows ground far from its nadir.
+    #[test]
+    fn finds_a_view_whose_nadir_lies_far_outside_it() {
+        let ground = noise(90, 70, 8);
+        let map = Structure::new(&ground, &Mask::filled(90, 70, true));
+        let views = [PlacedView { nadir_px: [-200, 310], ..cut(&ground, 31, 17, 40, 30) }];
+        let reach = Reach::from_views(&views);
+        assert_eq!((reach.width_px(), reach.height_px()), (40, 30));
+        let coarse = CoarseMap::new(&map, reach);
+        let mut fourier = coarse.fourier();
+        let normalisation = coarse.normalisation(&mut fourier, &views[0]).unwrap();
+        let [surface, _] = coarse.correlate(&mut fourier, [&views[0], &views[0]], &normalisation);
+        let best = (0..surface.values.len()).max_by(|&a, &b| surface.values[a].total_cmp(&surface.values[b]));
+        let columns = coarse.places()[0];
+        assert_eq!(best.map(|b| [b % columns, b / columns]), Some([31, 17]));
     }
 
     #[test]

@@ -115,10 +115,10 @@ impl BlockCorrelation {
         let reach = Reach::from_views(&templates.views);
         let structure = map.window(&PixelWindow {
             zoom: block.zoom,
-            left: block.left - reach.left as i64,
-            top: block.top - reach.top as i64,
-            width_px: block.width_px + reach.left + reach.right - 1,
-            height_px: block.height_px + reach.top + reach.bottom - 1,
+            left: block.left - reach.left,
+            top: block.top - reach.top,
+            width_px: block.width_px + reach.width_px() - 1,
+            height_px: block.height_px + reach.height_px() - 1,
         })?;
         Ok((structure.total_energy() > 0.0).then(|| Self { map: CoarseMap::new(&structure, reach), templates }))
     }

@@ -52,9 +52,9 @@ impl<'a> PreparedFrame<'a> {
         if tiles_searched == 0 {
             return Err(Refusal::new(Reason::OutsideMap, "no tile of the layer meets the search region").into());
         }
-        let SearchedGround { position, centre, levels, area, reach_px } = ground;
-        let hypotheses = hypotheses(context.request, reach_px);
-        let extent = SearchExtent::new(&area, reach_px, hypotheses.iter().map(Vec::len).sum());
+        let SearchedGround { position, centre, levels, area, reach_px, half_px } = ground;
+        let hypotheses = hypotheses(context.request, half_px);
+        let extent = SearchExtent::new(&area, half_px, hypotheses.iter().map(Vec::len).sum());
         let cell_level = extent.is_wide().then(|| CellLevel::choose(layer, centre, edge_m(&camera))).flatten();
         let mut zooms: Vec<u8> = levels.all().chain(cell_level.map(|level| level.zoom)).collect();
         zooms.sort_unstable_by(|a, b| b.cmp(a));

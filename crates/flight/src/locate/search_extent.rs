@@ -32,7 +32,7 @@ pub struct SearchExtent {
 }
 
 impl SearchExtent {
-    /// Returns the extent of a search of an area with a view that reaches `reach_px` from its nadir.
+    /// Returns the extent of a search of an area with a view that reaches `reach_px` from its middle.
     pub fn new(area: &SearchArea, reach_px: f64, hypotheses: usize) -> Self {
         // One correlation covers the places of a block and the view's reach around them.
         let side = |px: usize| px as f64 + 2.0 * reach_px;

@@ -7,7 +7,7 @@ use super::refusal::Refusal;
 use super::request::{FixRequest, PositionPrior};
 use super::search_region::searched_position;
 use overfly_core::camera::Camera;
-use overfly_core::geodesy::Geodetic;
+use overfly_core::geodesy::{BodyOffset, Geodetic};
 use overfly_core::tile::{Gsd, MercatorBounds, gsd_at};
 use overfly_store::{Footprint, Layer, Reader, StoreError};
 
@@ -16,6 +16,10 @@ const MIN_SIDE_PX: f64 = 12.0;
 /// How far a frame may reach from the nadir at the coarse level, where its edge has about 50 to 100 pixels: a view tilted
 /// by 45 degrees reaches 500. The size of the ground view grows with the square.
 const MAX_REACH_PX: f64 = 1000.0;
+
+/// Between two headings or scales that are tried the edge of a frame moves by less than this, coarse pixels; the nadir of a frame that
+/// looks aside by more, as its distance is to the frame's own size.
+const LEVER_PX: f64 = 1.2;
 
 /// A frame shows at most so many times the ground of the whole layer: of a larger one no window lies on the map.
 const MAX_LAYERS_IN_FRAME: f64 = 16.0;
@@ -32,6 +36,8 @@ pub struct SearchedGround {
     pub area: SearchArea,
     /// How far the frame reaches from its nadir, coarse pixels.
     pub reach_px: f64,
+    /// How far it reaches from its own middle, coarse pixels.
+    pub half_px: f64,
 }
 
 impl SearchedGround {
@@ -44,12 +50,12 @@ impl SearchedGround {
         let outside = |detail: &str| Refusal::new(Reason::OutsideMap, detail);
         let centre = centre(&position, layer).ok_or_else(|| outside("the position is beyond the tile matrix"))?;
         let levels = Levels::choose(camera, layer, centre);
-        let reach_px = checked_reach_px(camera, gsd_at(centre, levels.coarse))?;
+        let [reach_px, half_px] = checked_reach_px(camera, gsd_at(centre, levels.coarse))?;
         check_share_of_layer(camera, layer, centre)?;
         let area = SearchArea::new(&position, layer, levels.coarse)
-            .and_then(|area| area.cut_to_layer(layer, reach_px))
+            .and_then(|area| area.grown(LEVER_PX * (reach_px / half_px - 1.0).floor()).cut_to_layer(layer, reach_px))
             .ok_or_else(|| outside("the search region lies outside the layer"))?;
-        Ok(Self { position, centre, levels, area, reach_px })
+        Ok(Self { position, centre, levels, area, reach_px, half_px })
     }
 
     /// The extent of the area and of every frame within.
@@ -97,8 +103,8 @@ fn check_share_of_layer(camera: &Camera, layer: &Layer, near: Geodetic) -> Resul
     Ok(())
 }
 
-/// The farthest that a frame's corner lies from the nadir, coarse pixels; refused where the frame is too small or reaches too far.
-fn checked_reach_px(camera: &Camera, gsd: Gsd) -> Result<f64, Refusal> {
+/// The farthest that a frame's corner lies from the nadir and from the frame's middle, coarse pixels; refused where the frame is too small or reaches too far.
+fn checked_reach_px(camera: &Camera, gsd: Gsd) -> Result<[f64; 2], Refusal> {
     let (w, h) = camera.frame_size_px();
     let side_px = f64::from(w.min(h)) * camera.gsd_m_per_px() / gsd.mean_m_per_px();
     if side_px < MIN_SIDE_PX {
@@ -116,5 +122,8 @@ fn checked_reach_px(camera: &Camera, gsd: Gsd) -> Result<f64, Refusal> {
         );
         return Err(Refusal::new(Reason::InconsistentScale, detail));
     }
-    Ok(reach_px)
+    let mean = |axis: fn(&BodyOffset) -> f64| corners.iter().map(axis).sum::<f64>() / 4.0;
+    let middle = BodyOffset { right_m: mean(|corner| corner.right_m), ahead_m: mean(|corner| corner.ahead_m) };
+    let half_m = corners.iter().map(|corner| (*corner - middle).length_m()).fold(0.0, f64::max);
+    Ok([reach_px, half_m / gsd.mean_m_per_px()])
 }

@@ -48,8 +48,8 @@ pub fn searched_candidates(store: &Reader, request: &FixRequest, most_tiles: u64
     let tiles = ranked(&layer.name, &footprints, region.as_ref());
     let estimated_s = match &ground {
         Some(ground) if !tiles.is_empty() => {
-            let count = hypotheses(request, ground.reach_px).iter().map(Vec::len).sum();
-            estimated_s(SearchExtent::new(&ground.area, ground.reach_px, count).comparisons())
+            let count = hypotheses(request, ground.half_px).iter().map(Vec::len).sum();
+            estimated_s(SearchExtent::new(&ground.area, ground.half_px, count).comparisons())
         }
         _ => 0.0,
     };
