@@ -100,6 +100,10 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
+/// A terrain model as there is one of the whole world: knots, metres, and the standard deviation of their heights, metres.
+const SURVEY_SPACING_M: f64 = 30.0;
+const SURVEY_ERROR_M: f64 = 3.0;
+
 /// The map, its terrain, and what is true of it. The world of the map's day is dropped before that of the flight's day is painted.
 fn draw_map(preset: &Preset, out: &Path, bars: &Bars) -> anyhow::Result<()> {
     let step = bars.step("the world on the map's day");
@@ -111,6 +115,8 @@ fn draw_map(preset: &Preset, out: &Path, bars: &Bars) -> anyhow::Result<()> {
     write_map(&out.join("map/map.jpg"), &pixels, size_px, preset.map.gsd_m_per_px, 92)?;
     // Not beside the map: `overfly build` would take it for an orthophoto.
     write_heights(&out.join("dem/dem.tif"), &world.terrain)?;
+    let surveyed = world.terrain.surveyed(SURVEY_SPACING_M, SURVEY_ERROR_M, preset.seed);
+    write_heights(&out.join("dem_surveyed/dem.tif"), &surveyed)?;
     std::fs::write(out.join("scene.txt"), preset.description())?;
     Ok(())
 }

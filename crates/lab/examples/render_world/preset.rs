@@ -29,7 +29,8 @@ pub struct Range(pub [f64; 2]);
 /// A world, its map and its flight.
 pub struct Preset {
     kind: WorldKind,
-    seed: u64,
+    /// The seed of the world.
+    pub seed: u64,
     size_m: f64,
     /// How much higher the water is on the flight's day, metres.
     water_rise_m: f64,

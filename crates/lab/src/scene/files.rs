@@ -24,7 +24,7 @@ pub fn write_map(path: &Path, pixels: &[u8], size_px: [usize; 2], gsd_m_per_px: 
 }
 
 /// Writes the knots of a terrain as a GeoTIFF of 32-bit floats (EPSG:32633, a pixel's area around each knot, heights of the scene in
-/// metres), and a `.prj` beside it.
+/// metres above EGM2008), and a `.prj` beside it.
 ///
 /// # References
 /// TIFF 6.0; OGC GeoTIFF 1.1: ModelPixelScale 33550, ModelTiepoint 33922, GeoKeyDirectory 34735.
@@ -36,9 +36,12 @@ pub fn write_heights(path: &Path, terrain: &Terrain) -> io::Result<()> {
     let scale = doubles(&[terrain.spacing_m, terrain.spacing_m, 0.0]);
     let half_m = terrain.spacing_m / 2.0;
     let tie = doubles(&[0.0, 0.0, 0.0, CORNER[0] - half_m, CORNER[1] + half_m, 0.0]);
-    // Projected, pixel is area, EPSG:32633.
+    // Projected, pixel is area, EPSG:32633, heights above EGM2008 (EPSG:3855).
     let keys: Vec<u8> =
-        [1u16, 1, 0, 3, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 32633].iter().flat_map(|v| v.to_le_bytes()).collect();
+        [1u16, 1, 0, 4, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 32633, 4096, 0, 1, 3855]
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
     let pixels: Vec<u8> = terrain.heights_m.iter().flat_map(|v| v.to_le_bytes()).collect();
     const ENTRIES: u32 = 13;
     let extra = 8 + 2 + ENTRIES * 12 + 4;
@@ -57,7 +60,7 @@ pub fn write_heights(path: &Path, terrain: &Terrain) -> io::Result<()> {
         (339, SHORT, 1, 3),
         (33550, DOUBLE, 3, extra),
         (33922, DOUBLE, 6, tie_at),
-        (34735, SHORT, 16, keys_at),
+        (34735, SHORT, 20, keys_at),
     ];
     let mut file = b"II\x2a\0\x08\0\0\0".to_vec();
     file.extend((ENTRIES as u16).to_le_bytes());

@@ -139,6 +139,7 @@ impl FlightPlan {
         let pose = &shot.pose;
         let truth = ShotTruth::new(world, pose, &self.intrinsics);
         let said_height_m = truth.height_agl_m * (1.0 + self.height_sigma_ratio * normal(rng));
+        let said_msl_m = truth.ground_z_m + said_height_m;
         let said_heading_deg = (pose.heading_rad.to_degrees() + self.heading_sigma_deg * normal(rng)).rem_euclid(360.0);
         let tilt_deg = [pose.pitch_rad, pose.roll_rad].map(f64::to_degrees);
         let said_tilt_deg = match self.stated_attitude_sigma_deg {
@@ -156,7 +157,7 @@ impl FlightPlan {
             .and_then(|()| write!(line, "{:.9},{:.9},", truth.nadir_deg[0], truth.nadir_deg[1]))
             .and_then(|()| write!(line, "{:.9},{:.9},", truth.centre_deg[0], truth.centre_deg[1]))
             .and_then(|()| write!(line, "{:.3},{:.3},{:.3},", pose.z_m, truth.ground_z_m, truth.height_agl_m))
-            .and_then(|()| writeln!(line, "{:.4},{:.4},{:.1}", tilt_deg[0], tilt_deg[1], truth.relief_m))
+            .and_then(|()| writeln!(line, "{:.4},{:.4},{:.1},{said_msl_m:.2}", tilt_deg[0], tilt_deg[1], truth.relief_m))
             .expect("writing to a string does not fail");
         line
     }
@@ -174,7 +175,7 @@ impl FlightPlan {
 
 const HEADER: &str = "image,time_s,true_latitude_deg,true_longitude_deg,true_heading_deg,height_agl_m,heading_deg,pitch_deg,\
 roll_deg,camera_latitude_deg,camera_longitude_deg,centre_latitude_deg,centre_longitude_deg,camera_z_m,ground_z_m,\
-true_height_agl_m,true_pitch_deg,true_roll_deg,relief_m\n";
+true_height_agl_m,true_pitch_deg,true_roll_deg,relief_m,height_msl_m\n";
 
 /// What is true of a frame.
 #[derive(Debug, Clone, Copy)]

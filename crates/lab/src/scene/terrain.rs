@@ -1,5 +1,8 @@
 //! `Terrain`: heights of the bare ground at the knots of a square grid, bilinear between them.
 
+use super::track::normal;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 /// Heights of the bare ground, metres. Scene coordinates: metres east and south of the north-western corner.
@@ -30,6 +33,21 @@ impl Terrain {
         let (fx, fy) = (x - i as f64, y - j as f64);
         let at = |di: usize, dj: usize| f64::from(self.heights_m[(j + dj) * self.columns + i + di]);
         (at(0, 0) * (1.0 - fx) + at(1, 0) * fx) * (1.0 - fy) + (at(0, 1) * (1.0 - fx) + at(1, 1) * fx) * fy
+    }
+
+    /// The terrain as a survey would give it: every `spacing_m`, with errors of a standard deviation `error_m` that neighbouring knots
+    /// share by half.
+    pub fn surveyed(&self, spacing_m: f64, error_m: f64, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let size_m = [self.columns, self.rows].map(|knots| (knots - 1) as f64 * self.spacing_m);
+        let mut surveyed = Self::new(size_m, spacing_m, |x, y| self.height_m(x, y));
+        let noise: Vec<f64> = surveyed.heights_m.iter().map(|_| normal(&mut rng)).collect();
+        for (i, height) in surveyed.heights_m.iter_mut().enumerate() {
+            let beside = [1, surveyed.columns].map(|step| noise[i.saturating_sub(step)]);
+            // A sum of four draws, two of them shared with each neighbour.
+            *height += (error_m * (noise[i] + (beside[0] + beside[1]) / 2.0) / 1.5f64.sqrt()) as f32;
+        }
+        surveyed
     }
 
     /// Rise per metre towards east and south, over a distance of two knots.
