@@ -34,6 +34,7 @@ fn write(path: &Path) {
         zoom_override: None,
         base_zoom: ZOOM,
         min_zoom: ZOOM,
+        terrain: None,
         terms: Terms::default(),
     };
     let mut writer = Writer::begin(path, CONTRACT, declaration).expect("a new store");
@@ -42,7 +43,7 @@ fn write(path: &Path) {
         let content = TileContent {
             image: EncodedTile { media_type: "image/jpeg", bytes: vec![0xff, 0xd8, 0xff], content_hash: [7; 32] },
             descriptors: None,
-            cells: Vec::new(),
+            cells: None,
             sources: "01".repeat(32),
             acquired: Some("2018-07-16".into()),
             valid_fraction: 1.0,

@@ -6,7 +6,7 @@ use crate::cli::failure::Failure;
 use crate::cli::mission_text::mission_text;
 use crate::cli::output::{Output, one_line};
 use overfly_store::package::Manifest;
-use overfly_store::{Layer, PLACES_SINCE, Reader, Source, StoreError, hex};
+use overfly_store::{Layer, PLACES_SINCE, Reader, Source, StoreError, Terrain, hex};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -139,6 +139,14 @@ fn source_info(source: Source) -> SourceInfo {
     }
 }
 
+fn heights_error(terrain: &Terrain) -> String {
+    let error_m = terrain.error_m();
+    match terrain.vertical_error_m {
+        Some(_) => format!("one standard deviation {error_m} m,"),
+        None => format!("error unknown (fixes count with {error_m} m),"),
+    }
+}
+
 /// What a store of an older format lacks, and how it gets it.
 fn older_format(info: &Info<'_>) -> String {
     let remedy = if info.exported.is_some() { "export it again" } else { "any `overfly build` into it migrates it" };
@@ -174,7 +182,11 @@ fn describe(info: &Info<'_>) -> String {
             "\nlayer {}: zoom {} to {}, {} base tiles, {} in all\n  west {west:.5} south {south:.5} east {east:.5} north {north:.5}\n",
             layer.name, layer.min_zoom, layer.base_zoom, layer.base_tiles, layer.tiles,
         ));
-        text.push_str(&format!("  pixels of {:.3} km2 of ground\n", imaged_km2.unwrap_or(0.0)));
+        let what = match &layer.terrain {
+            Some(terrain) => format!("heights above {}, {}", terrain.vertical_datum.word(), heights_error(terrain)),
+            None => "pixels".into(),
+        };
+        text.push_str(&format!("  {what} of {:.3} km2 of ground\n", imaged_km2.unwrap_or(0.0)));
         let (licence, attribution) = (&layer.terms.licence, &layer.terms.attribution);
         for (what, stated) in [("description", description), ("licence", licence), ("attribution", attribution)] {
             text.push_str(

@@ -106,7 +106,9 @@ fn verify_text(args: &Args, found: &PackageVerification) -> String {
     } else {
         lines.push("kind       a map, not an export: it has no route, last day or signature".into());
     }
-    lines.extend(found.layers.iter().filter(|l| l.complete).map(|l| format!("imagery    {}", age(l, today))));
+    let kind = |l: &Layer| if l.terrain.is_some() { "heights" } else { "imagery" };
+    let complete = found.layers.iter().filter(|l| l.complete);
+    lines.extend(complete.map(|l| format!("{:<10} {}", kind(l), age(l, today))));
     lines.extend(found.manifest.as_ref().map(|manifest| format!("signer     {}", signer(manifest, args))));
     let whole = if found.sealed { ", every byte checked" } else { "" };
     let megabytes = found.bytes as f64 / 1e6;
@@ -194,6 +196,7 @@ mod tests {
             complete: true,
             digest: None,
             terms: Default::default(),
+            terrain: None,
         };
         let on = parse_date("2026-07-16").unwrap();
         assert_eq!(age(&layer(None), on), "y2018, of unknown date");

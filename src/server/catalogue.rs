@@ -1,6 +1,6 @@
 //! The content of the store: `GET /v1/store`, `/v1/layers`, `/v1/coverage`.
 
-use super::dto::{CoverageJson, LayerJson};
+use super::dto::{CoverageJson, LayerJson, TerrainJson};
 use super::error::ServerError;
 use super::health::Health;
 use super::no_query::NoQuery;
@@ -14,6 +14,7 @@ use axum::extract::RawQuery;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use overfly_flight::locate::coverage::coverage;
+use overfly_store::Reader;
 use overfly_store::package::Manifest;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -37,8 +38,10 @@ pub(super) struct StoreReply {
     tiles: u64,
     /// Size of the file, bytes.
     bytes: u64,
-    /// The layers, by name.
+    /// The layers of imagery, by name.
     layers: Vec<LayerJson>,
+    /// The terrain; null where the store has none.
+    terrain: Option<TerrainJson>,
     /// Damage found since the service was started, and warnings.
     health: Health,
     /// Where the service runs.
@@ -62,17 +65,23 @@ pub(super) async fn store(Served(state): Served, _: NoQuery) -> Json<StoreReply>
         format_version: store.format_version(),
         tiles: store.layers().iter().filter(|l| l.complete).map(|l| l.tiles).sum(),
         bytes: store.bytes(),
-        layers: store.layers().iter().map(LayerJson::from).collect(),
+        layers: imagery(store),
+        terrain: store.terrain().map(|(layer, terrain)| TerrainJson::new(layer, terrain)),
         health: Health::from_state(&state),
         service: state.service,
         program_version: env!("CARGO_PKG_VERSION"),
     })
 }
 
-/// The layers, by name.
+/// The layers of imagery, by name.
 #[utoipa::path(get, path = "/v1/layers", operation_id = "layers", tag = "store", responses((status = 200, description = "The layers", body = Vec<LayerJson>)))]
 pub(super) async fn layers(Served(state): Served, _: NoQuery) -> Json<Vec<LayerJson>> {
-    Json(state.store.reader.layers().iter().map(LayerJson::from).collect())
+    Json(imagery(&state.store.reader))
+}
+
+/// The layers of imagery, finished or not.
+fn imagery(store: &Reader) -> Vec<LayerJson> {
+    store.layers().iter().filter(|layer| layer.terrain.is_none()).map(LayerJson::from).collect()
 }
 
 /// Where each layer has imagery, as GeoJSON: one feature per layer, with its tiles joined to rectangles.

@@ -55,6 +55,7 @@ mod simulation;
 mod sources;
 mod special_files;
 mod store;
+mod terrain;
 mod wal;
 mod walk;
 mod warnings;

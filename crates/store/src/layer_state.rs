@@ -6,7 +6,8 @@ use super::contract::require_contract;
 use super::footprint_rows;
 use super::source::{self, Source, SourceTable};
 use super::terms::Terms;
-use super::versions::PLACES_SINCE;
+use super::terrain::{self, Terrain};
+use super::versions::{PLACES_SINCE, TERRAIN_SINCE};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, OptionalExtension, Row};
 use std::collections::HashMap;
@@ -25,6 +26,8 @@ pub struct LayerState {
     pub zoom_override: Option<u8>,
     /// The terms of the finished layer.
     pub terms: Terms,
+    /// What the finished layer states of its heights, where it is one of heights.
+    pub terrain: Option<Terrain>,
     /// The inputs hash of each stored or staged tile.
     pub inputs: HashMap<TileId, [u8; 32]>,
 }
@@ -64,6 +67,7 @@ impl LayerState {
             pending: pending.is_some(),
             sources: source::load(connection, layer, declared, version)?,
             terms: terms(connection, version, layer)?,
+            terrain: terrain(connection, version, layer)?,
             zoom_override: pending.unwrap_or_else(|| finished.and_then(|(_, zoom)| zoom)),
             inputs: inputs(connection, layer)?,
         })
@@ -78,6 +82,15 @@ fn terms(connection: &Connection, version: u32, layer: &str) -> rusqlite::Result
     let sql = "SELECT licence, attribution FROM overfly_layers WHERE name = ?1";
     let read = |row: &Row<'_>| Ok(Terms { licence: row.get(0)?, attribution: row.get(1)? });
     Ok(connection.query_row(sql, [layer], read).optional()?.unwrap_or_default())
+}
+
+/// What a layer states of its heights.
+fn terrain(connection: &Connection, version: u32, layer: &str) -> rusqlite::Result<Option<Terrain>> {
+    if version < TERRAIN_SINCE {
+        return Ok(None);
+    }
+    let sql = "SELECT vertical_datum, vertical_error_m FROM overfly_terrain WHERE layer = ?1";
+    Ok(connection.query_row(sql, [layer], |row| terrain::read(row, 0)).optional()?.flatten())
 }
 
 fn inputs(connection: &Connection, layer: &str) -> rusqlite::Result<HashMap<TileId, [u8; 32]>> {

@@ -208,7 +208,7 @@ fn write(path: &Path, landscape: &Reader, blocks: &[Vec<BlockTile>], bytes: u64)
 fn put(writer: &mut Writer, tile: TileId, content: TileContent) -> anyhow::Result<u64> {
     let descriptors = content.descriptors.as_ref().map_or(0, Vec::len);
     // 1,300 bytes for rows, indexes, and free space on the last page of each chain.
-    let bytes = (content.image.bytes.len() + descriptors + content.cells.len() + 1_300) as u64;
+    let bytes = (content.image.bytes.len() + descriptors + content.cells.as_ref().map_or(0, Vec::len) + 1_300) as u64;
     writer.put(&BuiltTile { tile, inputs_hash: content.image.content_hash, content: Some(content) })?;
     Ok(bytes)
 }
@@ -218,7 +218,7 @@ fn content_of(tile: StoredTile) -> anyhow::Result<TileContent> {
     Ok(TileContent {
         image: EncodedTile { media_type, bytes: image, content_hash: footprint.content_hash },
         descriptors,
-        cells: cells.context("the landscape has cells")?,
+        cells: Some(cells.context("the landscape has cells")?),
         sources: footprint.sources,
         acquired: footprint.acquired,
         valid_fraction: footprint.valid_fraction,

@@ -53,7 +53,7 @@ pub fn hostile_layer(path: &Path, layer: &str, tile: TileId, zeros: &[u8]) {
     let mut content = TileContent::encode(tile, &pixels, &[], None).expect("a black tile");
     let bytes = png_with_profile(512, zeros);
     let described = content.descriptors.clone().unwrap_or_default();
-    let content_hash = content_hash("image/png", &bytes, &described, Some(&content.cells));
+    let content_hash = content_hash("image/png", &bytes, &described, content.cells.as_deref());
     content.image = EncodedTile { media_type: "image/png", bytes, content_hash };
     let declaration = Declaration {
         layer: layer.into(),

@@ -168,7 +168,7 @@ fn request(args: &Args, store: &Reader) -> Result<ExportRequest, Failure> {
 
 /// The ground sample distance of the coarsest base level, in the middle of its layer, m/px.
 fn map_gsd_m_per_px(store: &Reader) -> Option<f64> {
-    let layer = store.layers().iter().filter(|l| l.complete).min_by_key(|l| l.base_zoom)?;
+    let layer = store.imagery_layers().min_by_key(|l| l.base_zoom)?;
     Some(gsd_at(layer.bounds_deg.middle().ok()?, layer.base_zoom).mean_m_per_px())
 }
 

@@ -76,7 +76,7 @@ fn unknown_errors(store: &Reader, layers: &[String]) -> Vec<String> {
     let is_unknown = |layer: &&overfly_store::Layer| {
         store.sources(layer).is_ok_and(|sources| sources.iter().any(|source| source.horizontal_error_m.is_none()))
     };
-    let asked = store.finished_layers().filter(|layer| layers.is_empty() || layers.contains(&layer.name));
+    let asked = store.imagery_layers().filter(|layer| layers.is_empty() || layers.contains(&layer.name));
     asked.filter(is_unknown).map(|layer| layer.name.clone()).collect()
 }
 

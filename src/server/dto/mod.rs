@@ -12,6 +12,7 @@ mod intrinsics;
 mod layer;
 mod motion;
 mod stable_word;
+mod terrain;
 mod tile_json;
 
 pub(crate) use answer::AnswerJson;
@@ -22,4 +23,5 @@ pub(super) use export::{ExportAnswer, ExportEntry, ExportParameters, ExportPrevi
 pub(super) use fix_parameters::FixParametersJson;
 pub(super) use layer::LayerJson;
 pub(super) use motion::{MotionParameters, MotionReply};
+pub(super) use terrain::TerrainJson;
 pub(super) use tile_json::TileJson;

@@ -308,7 +308,7 @@ impl<'a> Resecting<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Attitude, Intrinsics, View};
+    use crate::camera::{Attitude, Height, Intrinsics, View};
 
     const PX_PER_M: f64 = 0.2;
 
@@ -330,7 +330,7 @@ mod tests {
         };
         let ground = |pixel| {
             let ray = deviation.ray(camera.ray_from_frame(pixel), 0.04);
-            camera.deviated(deviation).body_from_ray(ray).unwrap()
+            camera.deviated(deviation).body_from_ray(ray, 0.0).unwrap()
         };
         let centre = ground([128.0, 96.0]);
         let mut all = Vec::new();
@@ -340,7 +340,12 @@ mod tests {
                 let offset = ground(frame_px) - centre;
                 let map_px = Vector2::new(7.0 + offset.right_m * PX_PER_M, -3.0 - offset.ahead_m * PX_PER_M);
                 let noise = Vector2::new(unit(), unit()) * noise_px;
-                all.push(Correspondence { frame_px, map_px: map_px + noise, information: Matrix2::identity() * 0.1 });
+                all.push(Correspondence {
+                    frame_px,
+                    map_px: map_px + noise,
+                    information: Matrix2::identity() * 0.1,
+                    rise_m: 0.0,
+                });
             }
         }
         all
@@ -388,6 +393,38 @@ mod tests {
             assert!((d.aspect - aspect).abs() < 0.01 && (d.shear - shear).abs() < 0.01, "{d:?}");
             assert!((d.radial - radial).abs() < 0.05, "{d:?}");
         }
+    }
+
+    /// Rays of a camera that looks aside onto ground that rises to one side: with its rises known the slope is no tilt.
+    #[test]
+    fn a_slope_whose_rises_are_known_is_no_tilt() {
+        let camera = camera();
+        let level = camera.deviated(&CameraDeviation::default());
+        let rise_m = |x: f64| 0.09 * x;
+        let onto_slope = |pixel: [f64; 2]| {
+            let ray = camera.ray_from_frame(pixel);
+            let mut point = level.body_from_ray(ray, 0.0).unwrap();
+            for _ in 0..30 {
+                point = level.body_from_ray(ray, rise_m(point.right_m)).unwrap();
+            }
+            point
+        };
+        let (mut all, centre) = (Vec::new(), onto_slope([128.0, 96.0]));
+        for (i, frame_px) in (0..24).map(|i| (i, [24.0 + 40.0 * f64::from(i % 6), 24.0 + 40.0 * f64::from(i / 6)])) {
+            let point = onto_slope(frame_px);
+            let offset = point - centre;
+            let map_px = Vector2::new(7.0 + offset.right_m * PX_PER_M, -3.0 - offset.ahead_m * PX_PER_M);
+            let noise_px = Vector2::new(f64::from(i * 7 % 5) - 2.0, f64::from(i * 3 % 5) - 2.0) * 0.02;
+            let information = Matrix2::identity() * 0.1;
+            let rise_m = rise_m(point.right_m) - rise_m(centre.right_m);
+            all.push(Correspondence { frame_px, map_px: map_px + noise_px, information, rise_m });
+        }
+        let laid = resected(&all, 20.0);
+        let tilt_deg = |found: &Resection| found.deviation.roll_rad.hypot(found.deviation.pitch_rad).to_degrees();
+        assert!(tilt_deg(&laid) < 0.3, "{laid:?}");
+        assert!((laid.image_centre_px - Vector2::new(7.0, -3.0)).norm() < 0.05, "{laid:?}");
+        all.iter_mut().for_each(|correspondence| correspondence.rise_m = 0.0);
+        assert!(tilt_deg(&resected(&all, 20.0)) > 2.0, "on a plane the slope looks like a tilt");
     }
 
     #[test]

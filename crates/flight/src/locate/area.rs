@@ -257,6 +257,7 @@ mod tests {
             complete: true,
             digest: None,
             terms: Default::default(),
+            terrain: None,
         }
     }
 

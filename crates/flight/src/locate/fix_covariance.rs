@@ -80,7 +80,7 @@ fn tilt_covariance(view: &View, doubt_rad: [f64; 2], camera: &Camera, heading_ra
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overfly_core::camera::{Attitude, Intrinsics};
+    use overfly_core::camera::{Attitude, Height, Intrinsics};
 
     fn added(pitch_deg: f64, heading_deg: f64, doubt_deg: f64) -> EnuCovariance {
         let attitude = Attitude::new(Some(pitch_deg.to_radians()), Some(0.0), Some(1f64.to_radians()));

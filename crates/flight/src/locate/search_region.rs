@@ -51,7 +51,7 @@ fn displacement_sigma_m(view: &View, camera: &Camera) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overfly_core::camera::{Attitude, Intrinsics};
+    use overfly_core::camera::{Attitude, Height, Intrinsics};
     use overfly_core::geodesy::Geodetic;
 
     fn searched(position: PositionPrior, pitch_deg: f64, sigma_deg: f64) -> PositionPrior {

@@ -62,7 +62,8 @@ impl BuildPlan {
         let obsolete = draft.inputs.keys().filter(|tile| !required.contains_key(tile)).count();
         let nothing_to_do = base.is_empty() && overviews.iter().all(Vec::is_empty) && obsolete == 0;
         let terms = if request.replace_layer { request.terms.clone() } else { request.terms.or(&draft.terms) };
-        let same_layer = zoom_override == draft.zoom_override && terms == draft.terms;
+        let same_layer =
+            zoom_override == draft.zoom_override && terms == draft.terms && request.terrain == draft.terrain;
         let same = same_sources(&draft.sources, &sources) && same_layer;
         let up_to_date = draft.complete && !draft.pending && nothing_to_do && same;
         let layer = request.layer.clone();

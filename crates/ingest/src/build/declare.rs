@@ -3,7 +3,7 @@
 use super::error::{MAX_TILES, Rejected};
 use super::outline::Outline;
 use super::request::{Request, future_day};
-use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash};
+use crate::raster::{OpenOptions, Orthophoto, RasterError, content_hash, stated_datum};
 use crate::remedy::Remedy;
 use overfly_core::geodesy::Geodetic;
 use overfly_core::tile::zoom_for_gsd;
@@ -41,6 +41,10 @@ pub fn declare(path: &Path, request: &Request) -> Result<DeclaredSource, Rejecte
     let reject = |error: RasterError| Rejected::from((path, &error));
     let photo = Orthophoto::open(path, &open_options(request.crs, request.stretch, request.terrain.is_some()))
         .map_err(reject)?;
+    if request.terrain.is_some() {
+        // Heights in feet would be built as metres.
+        stated_datum(path).map_err(reject)?;
+    }
     let description = photo.description();
     let source = Source {
         content_hash: content_hash(path).map_err(reject)?,

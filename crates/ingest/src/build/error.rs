@@ -113,12 +113,12 @@ pub enum BuildError {
         expected: &'static str,
     },
     /// Heights above a surface that nothing states, or that is not known.
-    #[error("{}: {}", path.display(), datum_missing(*code))]
+    #[error("{}: {}", path.display(), datum_missing(named.as_deref()))]
     NoDatum {
         /// The file.
         path: PathBuf,
-        /// The EPSG code of the vertical system that it states, where it states one.
-        code: Option<u16>,
+        /// The vertical system that it states, where it states one.
+        named: Option<String>,
     },
     /// Heights above another surface than the stated one, or than the terrain that the store has.
     #[error("{says}, not above {stated}")]
@@ -209,9 +209,11 @@ impl BuildError {
     }
 }
 
-fn datum_missing(code: Option<u16>) -> String {
-    match code {
-        Some(code) => format!("its heights are above EPSG:{code}, which is none of egm96, egm2008, ellipsoid"),
+fn datum_missing(named: Option<&str>) -> String {
+    match named {
+        Some(named) => {
+            format!("it says that its heights are above {named}, which is none of egm96, egm2008, ellipsoid")
+        }
         None => "it does not say what its heights are above".into(),
     }
 }

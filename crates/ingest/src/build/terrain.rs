@@ -88,11 +88,11 @@ impl TerrainRequest {
         for path in &found {
             let said = match stated_datum(path) {
                 Ok(StatedDatum::Known(said)) => said,
-                Ok(StatedDatum::Other(code)) if self.vertical_datum.is_none() => {
-                    return Err(BuildError::NoDatum { path: path.clone(), code: Some(code) });
+                Ok(StatedDatum::Other(named)) if self.vertical_datum.is_none() => {
+                    return Err(BuildError::NoDatum { path: path.clone(), named: Some(named) });
                 }
                 Ok(StatedDatum::Unstated) if self.vertical_datum.is_none() => {
-                    return Err(BuildError::NoDatum { path: path.clone(), code: None });
+                    return Err(BuildError::NoDatum { path: path.clone(), named: None });
                 }
                 _ => continue,
             };

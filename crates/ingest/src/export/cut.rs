@@ -262,5 +262,7 @@ fn coverages(
     request: &ExportRequest,
     chosen: &[LayerPart],
 ) -> Result<Vec<CorridorCoverage>, ExportError> {
-    chosen.iter().map(|part| coverage(store, store.layer(&part.name)?, request)).collect()
+    let layers = chosen.iter().map(|part| store.layer(&part.name)).collect::<Result<Vec<_>, _>>()?;
+    let imagery = layers.into_iter().filter(|layer| layer.terrain.is_none());
+    imagery.map(|layer| coverage(store, layer, request)).collect()
 }

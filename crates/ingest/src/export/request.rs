@@ -62,7 +62,7 @@ impl ExportRequest {
             return Err(ExportError::LastDayPassed { last_day, today });
         }
         if self.key.is_some() {
-            let layers = store.finished_layers();
+            let layers = store.imagery_layers();
             let asked = layers.filter(|layer| self.layers.is_empty() || self.layers.contains(&layer.name));
             require_past_imagery(store.path(), asked, today)?;
         }

@@ -60,16 +60,16 @@ fn around(tile: TileId) -> impl Iterator<Item = TileId> {
     })
 }
 
-/// Returns the tiles that a request takes of each of its layers, sorted by name. A layer that does not meet the corridor is
+/// Returns the tiles that a request takes of each of its layers, and of the terrain, sorted by name. A layer that does not meet the corridor is
 /// left out. The coarsest level is taken whole: still coarser levels are made from its whole tiles in flight, and it is small.
 ///
 /// # Errors
 /// [`ExportError::NothingInCorridor`], a missing or unfinished layer, or as [`tiles_of_level`].
 pub fn select(store: &Reader, request: &ExportRequest, corridor: &Corridor) -> Result<Vec<LayerPart>, ExportError> {
     let mut layers: Vec<&Layer> = if request.layers.is_empty() {
-        store.layers().iter().filter(|l| l.complete).collect()
+        store.imagery_layers().collect()
     } else {
-        request.layers.iter().map(|name| store.layer(name)).collect::<Result<_, _>>()?
+        request.layers.iter().map(|name| store.imagery_layer(name)).collect::<Result<_, _>>()?
     };
     layers.sort_by(|a, b| a.name.cmp(&b.name));
     layers.dedup_by(|a, b| a.name == b.name);
@@ -93,5 +93,24 @@ pub fn select(store: &Reader, request: &ExportRequest, corridor: &Corridor) -> R
             jpeg_quality: request.jpeg_quality,
         });
     }
-    if parts.is_empty() { Err(ExportError::NothingInCorridor { path: store.path().into() }) } else { Ok(parts) }
+    if parts.is_empty() {
+        return Err(ExportError::NothingInCorridor { path: store.path().into() });
+    }
+    parts.extend(terrain(store, corridor)?);
+    parts.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(parts)
+}
+
+/// The part of the terrain that a corridor needs, where the store has terrain there.
+fn terrain(store: &Reader, corridor: &Corridor) -> Result<Option<LayerPart>, ExportError> {
+    let Some((layer, _)) = store.terrain() else { return Ok(None) };
+    let tiles = tiles_of_level(store, layer, layer.base_zoom, corridor)?;
+    Ok((!tiles.is_empty()).then(|| LayerPart {
+        name: layer.name.clone(),
+        base_zoom: layer.base_zoom,
+        min_zoom: layer.base_zoom,
+        tiles: tiles.into_iter().collect(),
+        with_descriptors: false,
+        jpeg_quality: None,
+    }))
 }

@@ -19,18 +19,23 @@ pub fn stated_quality(quality: u8) -> Dropped {
 ///
 /// The order is: the keypoint descriptors, which no fix uses; whole layers, the oldest first (those of unknown date before all
 /// others), down to one; the finest level of that layer, repeatedly, down to one level; the quality of its imagery, which
-/// costs more fixes and saves less than a level.
+/// costs more fixes and saves less than a level. The terrain stays: it is small.
 pub fn reduce_size(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dropped> {
+    let is_imagery = |part: &LayerPart| !is_terrain(part, layers);
     if parts.iter().any(|p| p.with_descriptors) {
         parts.iter_mut().for_each(|p| p.with_descriptors = false);
         let effect = "none on fixes; /descriptors of a tile answers 404, and content hashes differ from the source's";
         return Some(Dropped { what: "keypoint descriptors".into(), effect: effect.into() });
     }
-    if parts.len() > 1 {
+    if parts.iter().filter(|part| is_imagery(part)).count() > 1 {
         return drop_oldest_layer(parts, layers);
     }
-    let part = parts.first_mut()?;
+    let part = parts.iter_mut().find(|part| is_imagery(part))?;
     if part.base_zoom > part.min_zoom { Some(drop_finest_level(part)) } else { lower_quality(part) }
+}
+
+fn is_terrain(part: &LayerPart, layers: &[Layer]) -> bool {
+    layers.iter().any(|layer| layer.name == part.name && layer.terrain.is_some())
 }
 
 fn drop_finest_level(part: &mut LayerPart) -> Dropped {
@@ -67,7 +72,8 @@ fn drop_oldest_layer(parts: &mut Vec<LayerPart>, layers: &[Layer]) -> Option<Dro
         let layer = layers.iter().find(|l| l.name == p.name);
         layer.and_then(|l| l.acquired.as_ref()).map(|(_, last)| last.clone())
     };
-    let oldest = (0..parts.len()).min_by_key(|&i| (newest(&parts[i]), parts[i].name.clone()))?;
+    let imagery = (0..parts.len()).filter(|&i| !is_terrain(&parts[i], layers));
+    let oldest = imagery.min_by_key(|&i| (newest(&parts[i]), parts[i].name.clone()))?;
     let date = newest(&parts[oldest]).map_or("unknown date".into(), |d| format!("imagery up to {d}"));
     let part = parts.remove(oldest);
     Some(Dropped {

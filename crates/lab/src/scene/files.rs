@@ -37,11 +37,10 @@ pub fn write_heights(path: &Path, terrain: &Terrain) -> io::Result<()> {
     let half_m = terrain.spacing_m / 2.0;
     let tie = doubles(&[0.0, 0.0, 0.0, CORNER[0] - half_m, CORNER[1] + half_m, 0.0]);
     // Projected, pixel is area, EPSG:32633, heights above EGM2008 (EPSG:3855).
-    let keys: Vec<u8> =
-        [1u16, 1, 0, 4, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 32633, 4096, 0, 1, 3855]
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
+    let keys: Vec<u8> = [1u16, 1, 0, 4, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 32633, 4096, 0, 1, 3855]
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
     let pixels: Vec<u8> = terrain.heights_m.iter().flat_map(|v| v.to_le_bytes()).collect();
     const ENTRIES: u32 = 13;
     let extra = 8 + 2 + ENTRIES * 12 + 4;

@@ -157,7 +157,9 @@ impl FlightPlan {
             .and_then(|()| write!(line, "{:.9},{:.9},", truth.nadir_deg[0], truth.nadir_deg[1]))
             .and_then(|()| write!(line, "{:.9},{:.9},", truth.centre_deg[0], truth.centre_deg[1]))
             .and_then(|()| write!(line, "{:.3},{:.3},{:.3},", pose.z_m, truth.ground_z_m, truth.height_agl_m))
-            .and_then(|()| writeln!(line, "{:.4},{:.4},{:.1},{said_msl_m:.2}", tilt_deg[0], tilt_deg[1], truth.relief_m))
+            .and_then(|()| {
+                writeln!(line, "{:.4},{:.4},{:.1},{said_msl_m:.2}", tilt_deg[0], tilt_deg[1], truth.relief_m)
+            })
             .expect("writing to a string does not fail");
         line
     }

@@ -39,6 +39,7 @@ fn cost() -> SearchCost {
         complete: true,
         digest: None,
         terms: Default::default(),
+        terrain: None,
     };
     let image = ImageOnGround { across_m: 600.0, along_m: 400.0, heading_rad: 0.0 };
     SearchCost::new(&layer, 15, Geodetic::from_degrees(48.0, 0.5).unwrap(), image)

@@ -72,6 +72,15 @@ impl GeoKeys {
         self.short(key).filter(|v| !matches!(*v, 0 | USER_DEFINED))
     }
 
+    /// Whether a code is 'user-defined'.
+    pub fn is_user_defined(&self, key: u16) -> bool {
+        self.short(key) == Some(USER_DEFINED)
+    }
+
+    pub fn text(&self, key: u16) -> Option<&str> {
+        self.0.as_ref()?.get_ascii(key)
+    }
+
     fn doubles(&self, key: u16) -> Option<&[f64]> {
         self.0.as_ref()?.get_double(key)
     }

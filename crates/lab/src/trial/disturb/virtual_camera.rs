@@ -107,7 +107,7 @@ impl<'a> VirtualCamera<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overfly_core::camera::{Attitude, Intrinsics, View};
+    use overfly_core::camera::{Attitude, Height, Intrinsics, View};
 
     fn camera(pitch_deg: f64, width_px: u32, height_px: u32, principal_point_px: [f64; 2]) -> Camera {
         let view = View::Posed {
