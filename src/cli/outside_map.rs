@@ -39,6 +39,7 @@ mod tests {
             complete: true,
             digest: None,
             terms: Default::default(),
+            terrain: None,
         };
         let austria = layer([15.59, 48.48, 15.63, 48.50]);
         assert!(outside_note(&austria, 15.61, 48.49).contains("swapped"));

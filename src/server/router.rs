@@ -121,6 +121,7 @@ mod tests {
             base_zoom: 3,
             min_zoom: 3,
             terms: Terms::default(),
+            terrain: None,
         };
         let mut writer = Writer::begin(&path, CONTRACT, declaration).unwrap();
         writer.put(&BuiltTile { tile, inputs_hash: [0; 32], content: Some(content) }).unwrap();

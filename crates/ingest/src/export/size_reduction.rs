@@ -99,6 +99,7 @@ mod tests {
             complete: true,
             digest: None,
             terms: Default::default(),
+            terrain: None,
         }
     }
 

@@ -107,6 +107,7 @@ pub fn fitted(image: &Gray, width: usize, height: usize) -> Gray {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use overfly_core::camera::Height;
 
     fn numbered(width: usize, height: usize) -> Gray {
         Gray::from_values(width, height, (0..width * height).map(|i| i as f32).collect()).unwrap()

@@ -89,6 +89,7 @@ mod tests {
     use super::super::world::drawn_map;
     use super::super::world::tests::noisy_map;
     use super::*;
+    use overfly_core::camera::Height;
     use overfly_core::camera::{Attitude, GroundGrid, Intrinsics, render};
     use overfly_core::tile::{WorldPixel, gsd_at};
     use rand::SeedableRng;
