@@ -4,13 +4,14 @@ use crate::cli::attitude_note::view_note;
 use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::fix_text::text;
-use crate::cli::number::{any, metres, positive};
+use crate::cli::number::{any, metres, positive, risk};
 use crate::cli::output::Output;
 use crate::cli::outside_map::outside_note;
 use crate::cli::pictures::Pictures;
 use crate::cli::threads::default_threads;
 use crate::cli::viewpoint::Viewpoint;
 use crate::server::dto::AnswerJson;
+use overfly_core::integrity::DEFAULT_INTEGRITY_RISK;
 use overfly_core::pixels::Gray;
 use overfly_flight::frame::{ReducedFrame, read_large_frame};
 use overfly_flight::locate::candidates::CandidatesError;
@@ -81,6 +82,9 @@ pub struct Args {
     /// One standard deviation of the height or ground sample distance, as a ratio in (0, 0.3]: 0.03 is 3 %.
     #[arg(long, value_name = "RATIO", value_parser = any, default_value_t = 0.03)]
     height_sigma_ratio: f64,
+    /// Integrity risk of the protection level: the probability with which the error may exceed it without warning.
+    #[arg(long, value_name = "P", value_parser = risk, default_value_t = DEFAULT_INTEGRITY_RISK)]
+    integrity_risk: f64,
     /// When the image was taken, seconds of any clock; repeated in the answer.
     #[arg(long, value_name = "S", value_parser = any)]
     time_s: Option<f64>,
@@ -125,8 +129,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.note(&outside_note(store.layer(&none.map.layer)?, latitude_deg, longitude_deg));
     }
     let hints = args.hints(&store, &frame, &request, &answer)?;
-    let line = AnswerJson::new(answer.clone(), elapsed_ms).with_hints(hints.clone(), flag);
-    output.say(&line, || text(&answer, elapsed_ms) + &hints_text(hints.as_ref()));
+    let line = AnswerJson::new(answer.clone(), elapsed_ms, args.integrity_risk).with_hints(hints.clone(), flag);
+    output.say(&line, || text(&answer, elapsed_ms, args.integrity_risk) + &hints_text(hints.as_ref()));
     Ok(if matches!(answer, Answer::Fix(_)) { Exit::Done } else { Exit::NoFix })
 }
 

@@ -3,7 +3,7 @@
 use overfly_flight::locate::{Answer, Fix, PositionOf, SearchedMap};
 
 /// The answer as lines.
-pub fn text(answer: &Answer, elapsed_ms: f64) -> String {
+pub fn text(answer: &Answer, elapsed_ms: f64, integrity_risk: f64) -> String {
     match answer {
         Answer::Fix(f) => {
             let ellipse = f.covariance.ellipse();
@@ -13,7 +13,7 @@ pub fn text(answer: &Answer, elapsed_ms: f64) -> String {
                 PositionOf::ImageCentre => "at the image's centre",
             };
             format!(
-                "fix        {:.7} {:.7} (degrees, {point})\nellipse    {:.2} x {:.2} m (one standard deviation)\n\
+                "fix        {:.7} {:.7} (degrees, {point})\nellipse    {:.2} x {:.2} m (one standard deviation)\nprotection {}\n\
                  centre     {:.7} {:.7} (ground at the image's centre), ellipse {:.2} x {:.2} m\n\
                  heading    {:.2} +- {:.2} degrees\nscale      {:.4} m/px +- {:.2} %\nevidence   score {:.1}, {} windows agree, \
                  false with probability {:.1e}\nsearched   {} tiles (nominal {:.1}), {:.0} ms\n{}\n{}",
@@ -21,6 +21,7 @@ pub fn text(answer: &Answer, elapsed_ms: f64) -> String {
                 f.position.longitude_deg(),
                 ellipse.semi_major_m,
                 ellipse.semi_minor_m,
+                protection_text(f, integrity_risk),
                 f.image_centre.latitude_deg(),
                 f.image_centre.longitude_deg(),
                 centre.semi_major_m,
@@ -48,6 +49,14 @@ pub fn text(answer: &Answer, elapsed_ms: f64) -> String {
             elapsed_ms,
             map_text(&n.map)
         ),
+    }
+}
+
+/// The protection level of a fix.
+fn protection_text(fix: &Fix, integrity_risk: f64) -> String {
+    match fix.protection_level_m(integrity_risk) {
+        Some(level_m) => format!("{level_m:.1} m at a risk of {integrity_risk:e}"),
+        None => format!("none at a risk of {integrity_risk:e}: one fix alone is false more often"),
     }
 }
 

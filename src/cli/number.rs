@@ -2,6 +2,8 @@
 //!
 //! An error states what is wrong with the text. `usage` adds what the flag expects, with an example.
 
+use overfly_core::integrity::INTEGRITY_RISKS;
+
 /// Metres in the units of length that a number may have; longer names first.
 const LENGTHS_M: [(&str, f64); 5] = [("nmi", 1852.0), ("km", 1000.0), ("ft", 0.3048), ("NM", 1852.0), ("m", 1.0)];
 
@@ -65,6 +67,12 @@ pub fn metres(text: &str) -> Result<f64, String> {
 /// Parses a length greater than zero, metres; see [`metres`].
 pub fn positive_metres(text: &str) -> Result<f64, String> {
     metres(text).and_then(more_than_zero)
+}
+
+/// Parses an integrity risk.
+pub fn risk(text: &str) -> Result<f64, String> {
+    let is_risk = |value: &f64| INTEGRITY_RISKS.contains(value);
+    any(text).and_then(|v| if is_risk(&v) { Ok(v) } else { Err("must lie in [1e-9, 0.5]".into()) })
 }
 
 /// Parses a share in [0, 1].

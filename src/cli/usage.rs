@@ -9,7 +9,8 @@ const DESTRUCTIVE: [&str; 4] = ["--remove-layer", "--remove-source", "--replace-
 const DESTRUCTIVE_COMMANDS: [&str; 1] = ["remove"];
 
 /// What a flag expects, by the end of its name. The first that fits counts.
-const EXPECTED: [(&str, &str); 26] = [
+const EXPECTED: [(&str, &str); 27] = [
+    ("-risk", "a probability from 1e-9 to 0.5, as in 1e-5"),
     ("-m-per-px", "metres per pixel, as in 1.25"),
     ("-mps", "metres per second, as in 40"),
     ("-deg", "degrees, as in 47.02"),

@@ -11,6 +11,7 @@ use super::state::ServiceState;
 use super::work::WorkClass;
 use axum::Json;
 use axum::extract::Request;
+use overfly_core::integrity::{DEFAULT_INTEGRITY_RISK, INTEGRITY_RISKS};
 use overfly_core::pixels::Gray;
 use overfly_flight::locate::{Answer, CancellationToken, FixRequest, Hints, hints, locate_cancellable};
 use std::time::{Duration, Instant};
@@ -46,6 +47,7 @@ pub(super) async fn post(Served(state): Served, _: NoQuery, request: Request) ->
     let mut form = Form::read(&state, request, &["image", "request"]).await?;
     let parameters: FixParametersJson = form.json("request")?;
     let bytes = form.take("image")?;
+    let integrity_risk = integrity_risk(&parameters)?;
     let hints_time = hints_time(&parameters, state.limits.hints_time)?;
     let (work, metrics) = (state.work.clone(), state.metrics.clone());
     let until = Instant::now() + state.limits.answer_time;
@@ -63,11 +65,23 @@ pub(super) async fn post(Served(state): Served, _: NoQuery, request: Request) ->
                 }
                 _ => None,
             };
-            Ok(AnswerJson::new(answer, elapsed_ms).with_hints(hints, str::to_owned))
+            Ok(AnswerJson::new(answer, elapsed_ms, integrity_risk).with_hints(hints, str::to_owned))
         })
         .await??;
     metrics.count_fix(&answer);
     Ok(Json(answer))
+}
+
+/// The risk of the answer's protection level.
+///
+/// # Errors
+/// [`ServerError::Parameter`].
+fn integrity_risk(parameters: &FixParametersJson) -> Result<f64, ServerError> {
+    let risk = parameters.integrity_risk.unwrap_or(DEFAULT_INTEGRITY_RISK);
+    if INTEGRITY_RISKS.contains(&risk) {
+        return Ok(risk);
+    }
+    Err(ServerError::Parameter { name: "integrity_risk", reason: format!("{risk}: must be in [1e-9, 0.5]") })
 }
 
 /// How long to search for hints: `None` if the request does not ask for any.

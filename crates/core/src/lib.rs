@@ -14,6 +14,8 @@ pub mod feature;
 #[forbid(unsafe_code)]
 pub mod geodesy;
 #[forbid(unsafe_code)]
+pub mod integrity;
+#[forbid(unsafe_code)]
 pub mod jpeg;
 pub mod pixels;
 #[forbid(unsafe_code)]

@@ -11,6 +11,7 @@ use crate::cli::lab::project_tiles::{LAYER, build_store, project_tiles};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use anyhow::{Context, anyhow};
+use overfly_core::integrity::DEFAULT_INTEGRITY_RISK;
 use overfly_flight::frame::read_colour_frame;
 use overfly_flight::locate::Parts;
 use overfly_ingest::build;
@@ -75,7 +76,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     ));
     let outcomes = locate_frames(&store, &flight, args.threads.get(), output)?;
     let score = FixScore::from_outcomes(&outcomes, default_right_m(&store, layer)?, args.threads.get());
-    write_fixes(&args.out, &outcomes)?;
+    write_fixes(&args.out, &outcomes, DEFAULT_INTEGRITY_RISK)?;
 
     let page = args.out.join("report.html");
     let mosaic = mosaic_of(&store, layer, layer.base_zoom)?

@@ -1,6 +1,7 @@
 //! What `demo`, `fly` and `evaluate fixes` have in common: when a fix is right, and the score as text.
 
 use crate::cli::failure::Failure;
+use crate::cli::lab::integrity_args::integrity_text;
 use overfly_lab::trial::{FixScore, Quantiles, Refusals};
 use overfly_store::{Layer, Reader};
 
@@ -24,6 +25,7 @@ pub fn fix_text(score: &FixScore) -> String {
         "frames     {} ({} fixes, {} no fix)\n{}right      {} (within {:.2} m)\nfalse      {}\nerror      {} m\n\
          ellipse    {} of the fixes have the truth in their own 95 % ellipse (half axis {} m)\n\
          NEES       {}\n\
+         protection {}\n\
          elapsed    {} ms per frame on {} threads (decoding {})\ntiles      {} searched",
         score.frames,
         score.fixes,
@@ -39,6 +41,7 @@ pub fn fix_text(score: &FixScore) -> String {
             let [low, high] = n.band95;
             format!("mean {:.2} (true covariances: {low:.2} to {high:.2}), trimmed {:.2}", n.mean, n.trimmed_mean)
         }),
+        integrity_text(&score.integrity),
         spread(&score.elapsed_ms, 0),
         score.threads,
         spread(&score.decode_ms, 1),

@@ -4,6 +4,7 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::default_right_m;
+use crate::cli::lab::integrity_args::{IntegrityArgs, integrity_text};
 use crate::cli::lab::mosaic::{finest_level, mosaic_of};
 use crate::cli::lab::over_store::FlightOverStore;
 use crate::cli::number::{any, metres, positive, positive_metres, share};
@@ -95,6 +96,8 @@ pub struct Args {
     /// Threads of each registration.
     #[arg(long, value_name = "N", default_value_t = default_threads())]
     threads: NonZeroUsize,
+    #[command(flatten)]
+    integrity: IntegrityArgs,
     /// Write positions.csv, summary.json and report.html here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -146,9 +149,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     bar.finish_and_clear();
     let scores: Vec<FlyScore> =
-        flown.iter().map(|(mode, outcomes)| FlyScore::from_outcomes(*mode, outcomes, &reckoned, right_m)).collect();
+        flown.iter().map(|(mode, outcomes)| args.score(*mode, outcomes, &reckoned, right_m)).collect();
     if let Some(folder) = &args.out {
-        output.note(&format!("wrote {}", write_positions(folder, &flown)?.display()));
+        output.note(&format!("wrote {}", write_positions(folder, &flown, args.integrity.integrity_risk)?.display()));
         let summary = serde_json::to_vec_pretty(&scores).expect("plain numbers");
         output.write(&folder.join("summary.json"), &summary)?;
         if let Some(mosaic) = picture(&store, layer)? {
@@ -156,7 +159,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             let modes: Vec<ReplayedFlight> = flown
                 .iter()
                 .zip(&scores)
-                .map(|((_, outcomes), score)| ReplayedFlight { outcomes, score, execution_times })
+                .map(|((_, outcomes), score)| {
+                    let protected = FlyOutcome::protected_errors(outcomes, args.integrity.integrity_risk);
+                    ReplayedFlight { outcomes, score, protected, execution_times }
+                })
                 .collect();
             output.write(&folder.join("report.html"), replay_html(&title, &mosaic, &modes).as_bytes())?;
         }
@@ -168,6 +174,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 impl Args {
+    fn score(&self, mode: Mode, outcomes: &[FlyOutcome], reckoned: &[Vec<FlyOutcome>], right_m: f64) -> FlyScore {
+        let integrity = self.integrity.score(&FlyOutcome::protected_errors(outcomes, self.integrity.integrity_risk));
+        FlyScore { integrity, ..FlyScore::from_outcomes(mode, outcomes, reckoned, right_m) }
+    }
+
     fn disturbances(&self) -> Disturbances {
         Disturbances {
             start_error_m: self.start_error_m,
@@ -229,7 +240,7 @@ fn text(score: &FlyScore) -> String {
     };
     format!(
         "{}\n  images     {} ({} absolute registrations, {} of them fixes, {} false; {} relative ones)\n  position   {} m off\n  \
-         ellipse    {} of the positions have the truth in their own 95 % ellipse\n  outside    99.9 %: {}\n  within {:.0} m for good: {recovered}\n  \
+         ellipse    {} of the positions have the truth in their own 95 % ellipse\n  outside    99.9 %: {}\n  protection {}\n  within {:.0} m for good: {recovered}\n  \
          beside it  dead reckoning {} m off{}",
         score.mode.word(),
         score.frames,
@@ -240,6 +251,7 @@ fn text(score: &FlyScore) -> String {
         spread(&score.position_error_m),
         score.ellipse95_coverage.map_or("none".into(), |c| format!("{:.1} %", 100.0 * c)),
         sources_text(score),
+        integrity_text(&score.integrity),
         score.right_m,
         spread(&score.dead_reckoning_error_m),
         reckoned_text(score),

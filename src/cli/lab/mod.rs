@@ -7,6 +7,7 @@ mod experiment;
 mod failure;
 mod fix_score;
 mod fly;
+mod integrity_args;
 mod mosaic;
 mod over_store;
 mod plan;

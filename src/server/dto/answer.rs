@@ -72,6 +72,11 @@ pub(crate) struct FixJson {
     /// Probability that a fix with this evidence is wrong: by chance, or because the frame lies at a place that fits almost as well.
     /// Never below 1.5e-4, which is what trials prove.
     false_fix_probability: f64,
+    /// The radius around the position that its error exceeds without warning at most with the probability `integrity_risk`, metres; null
+    /// where the fix is false more often than that.
+    protection_level_m: Option<f64>,
+    /// The risk that `protection_level_m` is stated for.
+    integrity_risk: f64,
     /// log10 of the number of equally good matches expected by chance in a search of this size (a contrario), all layers that might
     /// have been searched included.
     log10_false_alarms: Option<f64>,
@@ -184,10 +189,10 @@ pub(crate) enum ReasonJson {
 }
 
 impl AnswerJson {
-    /// Makes the reply of an answer that took `elapsed_ms` milliseconds.
-    pub(crate) fn new(answer: Answer, elapsed_ms: f64) -> Self {
+    /// Makes the reply of an answer that took `elapsed_ms` milliseconds, with the protection level for a risk.
+    pub(crate) fn new(answer: Answer, elapsed_ms: f64, integrity_risk: f64) -> Self {
         match answer {
-            Answer::Fix(fix) => Self::Fix(FixJson::new(fix, elapsed_ms)),
+            Answer::Fix(fix) => Self::Fix(FixJson::new(fix, elapsed_ms, integrity_risk)),
             Answer::NoFix(no_fix) => Self::NoFix(NoFixJson::new(no_fix, elapsed_ms)),
         }
     }
@@ -226,8 +231,10 @@ impl From<Geodetic> for PointJson {
 }
 
 impl FixJson {
-    fn new(fix: Fix, elapsed_ms: f64) -> Self {
+    fn new(fix: Fix, elapsed_ms: f64, integrity_risk: f64) -> Self {
         Self {
+            protection_level_m: fix.protection_level_m(integrity_risk),
+            integrity_risk,
             status: FixStatus::Fix,
             latitude_deg: fix.position.latitude_deg(),
             longitude_deg: fix.position.longitude_deg(),

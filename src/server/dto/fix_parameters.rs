@@ -53,6 +53,9 @@ pub(crate) struct FixParametersJson {
     pub attitude_sigma_deg: Option<f64>,
     /// One standard deviation of the height (or ground sample distance) as a ratio; 0.03 by default.
     pub height_sigma_ratio: Option<f64>,
+    /// The risk for which the answer states a protection level: 0.001 by default.
+    #[schema(minimum = 1e-9, maximum = 0.5, example = 0.001)]
+    pub integrity_risk: Option<f64>,
     /// The layer to search; by default the only one, or `ortho`. `any` (fixes only): all layers, the newest first,
     /// older ones only on no fix.
     #[schema(example = "any")]

@@ -1,6 +1,7 @@
 //! `Answer`: a fix, or no fix and why.
 
 use overfly_core::geodesy::{EnuCovariance, Geodetic, Heading};
+use overfly_core::integrity::ErrorMixture;
 use serde::Serialize;
 
 /// A fix, or no fix and why.
@@ -106,6 +107,14 @@ pub struct NoFix {
     pub map: SearchedMap,
     /// The request's image time, seconds.
     pub time_s: Option<f64>,
+}
+
+impl Fix {
+    /// The radius around the position that its error exceeds without warning at most at an integrity risk, metres; `None` where the fix
+    /// is false more often than that.
+    pub fn protection_level_m(&self, integrity_risk: f64) -> Option<f64> {
+        ErrorMixture::of_fix(self.covariance, self.false_fix_probability).protection_level_m(integrity_risk)
+    }
 }
 
 impl Answer {

@@ -9,6 +9,7 @@ use super::filter::{Gate, NavigationFilter};
 use super::measurements::{FixMeasurement, SensorReading, SensorSigmas};
 use super::time_update::TimeUpdate;
 use overfly_core::geodesy::{EnuCovariance, LocalFrame};
+use overfly_core::integrity::{ErrorBelief, ErrorMixture};
 
 /// Images with a motion that the aircraft can fly, after one that it cannot, until the position is no longer in doubt.
 const DOUBTFUL_IMAGES: u32 = 3;
@@ -31,6 +32,19 @@ pub struct Hypotheses {
     doubtful_images: u32,
     /// Whether fixes contradicted the filter and were neither confirmed nor refuted since.
     is_unresolved: bool,
+    /// What is true if the last accepted fix is false.
+    fallback: Fallback,
+}
+
+/// What the filter would be without its last accepted fix.
+#[derive(Debug, Clone)]
+struct Fallback {
+    /// Probability that this fix is false; 0 before the first.
+    false_probability: f64,
+    /// The filter without it, carried on since; `None` where the position may then be anywhere.
+    filter: Option<NavigationFilter>,
+    /// Probability that this filter is wrong as well.
+    wrong_probability: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -74,6 +88,7 @@ impl Hypotheses {
             has_fix: false,
             doubtful_images: 0,
             is_unresolved: false,
+            fallback: Fallback { false_probability: 0.0, filter: None, wrong_probability: 0.0 },
         }
     }
 
@@ -114,6 +129,29 @@ impl Hypotheses {
         }
     }
 
+    /// How the position may err: as the filter says; or, should its last fix be false, as the filter without that says. In doubt it may
+    /// be anywhere.
+    pub fn errors(&self) -> ErrorMixture {
+        if self.is_lost() {
+            return ErrorMixture::default();
+        }
+        let Fallback { false_probability, filter, wrong_probability } = &self.fallback;
+        let aided = ErrorBelief {
+            probability: 1.0 - false_probability,
+            covariance: self.aided.position_covariance(),
+            offset_m: 0.0,
+        };
+        let without = filter.as_ref().map(|filter| {
+            let off = LocalFrame::at(self.aided.position()).enu_from_geodetic(filter.position());
+            ErrorBelief {
+                probability: false_probability * (1.0 - wrong_probability),
+                covariance: filter.position_covariance(),
+                offset_m: off.east_m.hypot(off.north_m),
+            }
+        });
+        ErrorMixture::new(std::iter::once(aided).chain(without).collect())
+    }
+
     /// Continues from an earlier filter: the next update begins there.
     pub fn go_back_to(&mut self, filter: NavigationFilter) {
         self.aided = filter;
@@ -125,6 +163,9 @@ impl Hypotheses {
     /// As [`TimeUpdate::apply`].
     pub fn predict(&mut self, update: &ImageUpdate, sensors: &SensorSigmas) -> Result<(), FilterError> {
         update.unaided.apply(&mut self.unaided, sensors)?;
+        if let Some(fallback) = &mut self.fallback.filter {
+            update.aided.apply(fallback, sensors)?;
+        }
         match &mut self.alternative {
             Some(alternative) => {
                 update.aided.apply(&mut alternative.filter, sensors)?;
@@ -176,7 +217,9 @@ impl Hypotheses {
             alternative.fixes += 1;
             if alternative.fixes >= AGREEING_FIXES && is_reachable {
                 let filter = alternative.filter.clone();
-                self.accept(filter);
+                let anywhere =
+                    Fallback { false_probability: fix.false_probability, filter: None, wrong_probability: 1.0 };
+                self.accept(filter, anywhere);
                 return Ok(true);
             }
             return Ok(false);
@@ -184,7 +227,12 @@ impl Hypotheses {
         let was_lost = self.is_lost();
         let mut updated = self.aided.clone();
         if !was_lost && updated.update_fix(fix, GATE)?.is_accepted {
-            self.accept(updated);
+            let without = Fallback {
+                false_probability: fix.false_probability,
+                filter: Some(self.aided.clone()),
+                wrong_probability: self.fallback.false_probability,
+            };
+            self.accept(updated, without);
             return Ok(true);
         }
         if is_sure || was_lost && is_reachable {
@@ -196,7 +244,7 @@ impl Hypotheses {
         Ok(false)
     }
 
-    fn accept(&mut self, filter: NavigationFilter) {
+    fn accept(&mut self, filter: NavigationFilter, fallback: Fallback) {
         *self = Self {
             unaided: filter.clone(),
             aided: filter,
@@ -204,6 +252,7 @@ impl Hypotheses {
             has_fix: true,
             doubtful_images: 0,
             is_unresolved: false,
+            fallback,
         };
     }
 }
@@ -235,6 +284,7 @@ mod tests {
             heading_sigma_rad: 0.002,
             log_height: 500f64.ln(),
             log_height_sigma: 0.002,
+            false_probability: 1.5e-4,
         }
     }
 

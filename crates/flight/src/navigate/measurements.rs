@@ -93,6 +93,8 @@ pub struct FixMeasurement {
     pub log_height: f64,
     /// One standard deviation of [`FixMeasurement::log_height`].
     pub log_height_sigma: f64,
+    /// Probability that the fix is false.
+    pub false_probability: f64,
 }
 
 #[cfg(test)]

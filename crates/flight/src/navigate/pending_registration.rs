@@ -94,6 +94,7 @@ fn measurement(fix: &Fix, image: &FlightImage) -> Result<FixMeasurement, CameraE
     Ok(FixMeasurement {
         position: fix.position,
         covariance: fix.image_centre_covariance,
+        false_probability: fix.false_fix_probability,
         heading: fix.heading,
         heading_sigma_rad: fix.heading_sigma_rad,
         log_height: (fix.gsd_m_per_px / gsd_per_height).ln(),

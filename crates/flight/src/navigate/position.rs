@@ -3,6 +3,7 @@
 use super::hypotheses::Hypotheses;
 use crate::locate::Fix;
 use overfly_core::geodesy::{EnuCovariance, Geodetic};
+use overfly_core::integrity::ErrorMixture;
 use serde::Serialize;
 
 /// Where a position comes from.
@@ -44,6 +45,8 @@ pub struct Position {
     pub heading_sigma_rad: f64,
     /// Covariance of the position.
     pub covariance: EnuCovariance,
+    /// How the position may err, false fixes included.
+    pub errors: ErrorMixture,
     /// True height over the altimeter's reading, as estimated from fixes; the error of the nominal focal length is included.
     pub height_scale: f64,
     /// One standard deviation of [`Position::height_scale`], as a ratio.
@@ -80,6 +83,7 @@ impl Position {
             heading_rad: filter.heading().radians(),
             heading_sigma_rad: filter.heading_sigma_rad(),
             covariance: hypotheses.position_covariance(),
+            errors: if source == PositionSource::Lost { ErrorMixture::default() } else { hypotheses.errors() },
             height_scale: filter.height_scale(),
             height_scale_sigma_ratio: filter.height_scale_sigma_ratio(),
             fix_age_s,
@@ -92,10 +96,17 @@ impl Position {
         unwidened.widened(tilt_sigma_ratio * filter.height_m())
     }
 
+    /// The radius around the position that its error exceeds without warning at most at an integrity risk, metres; `None` where there
+    /// is no such radius: in doubt, or where a false fix alone is likelier than that.
+    pub fn protection_level_m(&self, integrity_risk: f64) -> Option<f64> {
+        self.errors.protection_level_m(integrity_risk)
+    }
+
     /// The position with another source of error, one standard deviation per axis, metres.
     pub(super) fn widened(mut self, by_m: f64) -> Self {
         self.covariance.ee_m2 += by_m.powi(2);
         self.covariance.nn_m2 += by_m.powi(2);
+        self.errors = self.errors.widened(by_m);
         self
     }
 }

@@ -22,6 +22,7 @@ mod replayed_flight;
 mod simulation_failures_plot;
 mod simulation_page;
 mod simulation_plots;
+mod stanford_plot;
 
 pub use calibration_plot::calibration_svg;
 pub use cost_plot::cost_svg;
@@ -35,3 +36,4 @@ pub use replay_page::replay_html;
 pub use replayed_flight::ReplayedFlight;
 pub use simulation_page::simulation_html;
 pub use simulation_plots::simulation_svgs;
+pub use stanford_plot::stanford_svg;

@@ -6,7 +6,8 @@ use super::html::{Card, Page, cards, figure, number, with_unit};
 use super::mosaic::Mosaic;
 use super::replay_plots::{chronogram, errors, tiles};
 use super::replayed_flight::ReplayedFlight;
-use crate::trial::FlyOutcome;
+use super::stanford_plot::stanford_svg;
+use crate::trial::{FlyOutcome, IntegrityScore};
 use maud::{Markup, html};
 use overfly_flight::navigate::PositionSource;
 
@@ -44,6 +45,7 @@ fn section(flown: &ReplayedFlight, map: Markup) -> Markup {
             div class="cards" { (shown) }
             (map)
             (figure(errors(flown), "Error of each position, and three of its own standard deviations (band)."))
+            (figure(stanford_svg(&flown.protected, score.integrity.alert_limit_m), &stanford_legend(&score.integrity)))
             (figure(
                 tiles(flown),
                 "Tiles that each absolute registration searched (bars), and the nominal count of the model (dots).",
@@ -54,6 +56,17 @@ fn section(flown: &ReplayedFlight, map: Markup) -> Markup {
             ))
         }
     }
+}
+
+/// What a Stanford plot shows.
+fn stanford_legend(score: &IntegrityScore) -> String {
+    format!(
+        "Error of each position against its protection level at a risk of {:e}: {} of {} exceed theirs (misleading information), {:.0} % of all have one.",
+        score.integrity_risk,
+        score.misleading,
+        score.protected_count,
+        100.0 * score.availability.unwrap_or(0.0)
+    )
 }
 
 /// The imagery under all tracks.

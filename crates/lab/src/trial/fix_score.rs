@@ -1,8 +1,10 @@
 //! `FixScore`: the score of a set of fixes against the truth.
 
 use super::fixes::FixOutcome;
+use super::integrity_score::{IntegrityScore, ProtectedError};
 use super::quantiles::Quantiles;
 use overfly_core::geodesy::Enu;
+use overfly_core::integrity::{DEFAULT_INTEGRITY_RISK, ErrorMixture};
 use overfly_flight::locate::{Answer, Reason};
 use serde::Serialize;
 use std::cmp::Reverse;
@@ -47,6 +49,8 @@ pub struct FixScore {
     pub decode_ms: Option<Quantiles>,
     /// Base tiles whose imagery was searched.
     pub tiles_searched: Option<Quantiles>,
+    /// Protection levels against errors.
+    pub integrity: IntegrityScore,
     /// Greatest error of a right fix, metres.
     pub right_m: f64,
     /// Threads of each search.
@@ -114,6 +118,11 @@ impl FixScore {
             elapsed_ms: spread(|o| o.elapsed_ms),
             decode_ms: spread(|o| o.decode_ms),
             tiles_searched: spread(|o| o.tiles_searched() as f64),
+            integrity: IntegrityScore::from_errors(
+                &FixOutcome::protected_errors(outcomes, DEFAULT_INTEGRITY_RISK),
+                DEFAULT_INTEGRITY_RISK,
+                None,
+            ),
             right_m,
             threads,
         }
@@ -157,6 +166,21 @@ impl FixOutcome {
     /// Semi-major axis of the fix's own 95 % ellipse, metres; `None` without a fix.
     pub fn semi_major_95_m(&self) -> Option<f64> {
         Some(self.covariance?.ellipse_95().semi_major_m)
+    }
+
+    /// The protection level of the point that is judged, metres; `None` without a fix, and where there is none.
+    pub fn protection_level_m(&self, integrity_risk: f64) -> Option<f64> {
+        let Answer::Fix(fix) = &self.answer else { return None };
+        ErrorMixture::of_fix(self.covariance?, fix.false_fix_probability).protection_level_m(integrity_risk)
+    }
+
+    /// The error of each frame, infinite without a fix, with its protection level.
+    pub fn protected_errors(outcomes: &[Self], integrity_risk: f64) -> Vec<ProtectedError> {
+        let of = |o: &Self| ProtectedError {
+            error_m: o.error.map_or(f64::INFINITY, Enu::length_m),
+            protection_level_m: o.protection_level_m(integrity_risk),
+        };
+        outcomes.iter().map(of).collect()
     }
 
     /// Base tiles whose imagery was searched.

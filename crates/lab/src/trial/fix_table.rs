@@ -25,12 +25,11 @@ struct FixRow<'a> {
     image_centre_covariance_ee_m2: Option<Decimals<6>>,
     image_centre_covariance_en_m2: Option<Decimals<6>>,
     image_centre_covariance_nn_m2: Option<Decimals<6>>,
-    /// Not computed yet.
     protection_level_m: Option<Decimals<3>>,
 }
 
 impl<'a> FixRow<'a> {
-    fn new(o: &'a FixOutcome) -> Self {
+    fn new(o: &'a FixOutcome, integrity_risk: f64) -> Self {
         let row = Self { image: &o.image, elapsed_ms: Decimals(o.elapsed_ms), ..Self::default() };
         match &o.answer {
             Answer::Fix(f) => Self {
@@ -46,6 +45,7 @@ impl<'a> FixRow<'a> {
                 image_centre_covariance_ee_m2: Some(Decimals(f.image_centre_covariance.ee_m2)),
                 image_centre_covariance_en_m2: Some(Decimals(f.image_centre_covariance.en_m2)),
                 image_centre_covariance_nn_m2: Some(Decimals(f.image_centre_covariance.nn_m2)),
+                protection_level_m: f.protection_level_m(integrity_risk).map(Decimals),
                 ..row
             },
             Answer::NoFix(n) => Self { status: "no_fix", reason: Some(n.reason), ..row },
@@ -53,12 +53,13 @@ impl<'a> FixRow<'a> {
     }
 }
 
-/// Writes `fixes.csv` into a folder, which is made if absent, and returns the path of the file.
+/// Writes `fixes.csv` into a folder, which is made if absent, and returns the path of the file. Protection levels are for
+/// `integrity_risk`.
 ///
 /// # Errors
 /// [`TrialError::Unwritable`].
-pub fn write_fixes(folder: &Path, outcomes: &[FixOutcome]) -> Result<PathBuf, TrialError> {
-    write_csv(folder, "fixes.csv", outcomes.iter().map(FixRow::new))
+pub fn write_fixes(folder: &Path, outcomes: &[FixOutcome], integrity_risk: f64) -> Result<PathBuf, TrialError> {
+    write_csv(folder, "fixes.csv", outcomes.iter().map(|outcome| FixRow::new(outcome, integrity_risk)))
 }
 
 #[cfg(test)]
@@ -71,7 +72,7 @@ mod tests {
     fn writes_the_columns_others_read() {
         let covariance = [[1.5, 0.25], [0.25, 2.0]];
         let outcomes = [outcome(Some([0.0, 0.0]), covariance), outcome(None, covariance)];
-        let csv = csv_text(outcomes.iter().map(FixRow::new));
+        let csv = csv_text(outcomes.iter().map(|outcome| FixRow::new(outcome, 1e-3)));
         let lines: Vec<_> = csv.lines().collect();
         let header = "image,status,latitude_deg,longitude_deg,heading_deg,covariance_ee_m2,covariance_en_m2,covariance_nn_m2,elapsed_ms,reason,image_centre_latitude_deg,image_centre_longitude_deg,image_centre_covariance_ee_m2,image_centre_covariance_en_m2,image_centre_covariance_nn_m2,protection_level_m";
         assert_eq!(lines[0], header);

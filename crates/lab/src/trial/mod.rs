@@ -19,6 +19,7 @@ mod fix_table;
 mod fixes;
 mod fly;
 mod input_table;
+mod integrity_score;
 mod legs;
 mod mapped_ground;
 mod mirrored_pairs;
@@ -55,6 +56,7 @@ pub use fly::{
     Disturbances, FaultScore, FlightScale, FlyOutcome, FlyScore, FlyTrial, RunScore, ScaleSource, SequenceFault,
     SequenceTrial, SourceScore, SourceScores, write_positions,
 };
+pub use integrity_score::{IntegrityScore, ProtectedError};
 pub use legs::{Leg, LegComparison, LegScore, LegSensorSigmas, run_legs};
 pub use mirrored_pairs::{MirroredPairScore, MirroredPairTrial};
 pub use motion_table::write_motions;

@@ -63,7 +63,10 @@ impl DemoFlown {
             .outcomes
             .iter()
             .zip(&self.scores)
-            .map(|(outcomes, score)| ReplayedFlight { outcomes, score, execution_times })
+            .map(|(outcomes, score)| {
+                let protected = FlyOutcome::protected_errors(outcomes, score.integrity.integrity_risk);
+                ReplayedFlight { outcomes, score, protected, execution_times }
+            })
             .collect();
         replay_html("overfly: the demo's flight in the three coupling modes", mosaic, &modes)
     }

@@ -6,8 +6,10 @@ use crate::cli::exit::Exit;
 use crate::cli::failure::Failure;
 use crate::cli::folder::make_folder;
 use crate::cli::lab::fix_score::fix_text;
+use crate::cli::lab::integrity_args::IntegrityArgs;
 use crate::cli::output::Output;
 use crate::server::dto::AnswerJson;
+use overfly_lab::report::stanford_svg;
 use overfly_lab::trial::{FixOutcome, FixScore, write_fixes};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -39,7 +41,9 @@ pub struct Args {
     /// Frames of each kind of disturbance.
     #[arg(long, value_name = "N", default_value_t = 100, requires = "disturb")]
     disturb_frames: usize,
-    /// Write fixes.csv here: one row per frame, from which the score can be recomputed.
+    #[command(flatten)]
+    integrity: IntegrityArgs,
+    /// Write fixes.csv and stanford.svg (errors against protection levels) here: fixes.csv has one row per frame, from which the score can be recomputed.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -68,22 +72,27 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let outcomes = trial.run(&store, &flight, |outcome| {
         bar.inc(1);
         if output.is_json() {
-            output.say(&frame_line(outcome), String::new);
+            output.say(&frame_line(outcome, args.integrity.integrity_risk), String::new);
         }
     })?;
     bar.finish_and_clear();
+    let risk = args.integrity.integrity_risk;
+    let protected = FixOutcome::protected_errors(&outcomes, risk);
     if let Some(folder) = &args.out {
-        output.note(&format!("wrote {}", write_fixes(folder, &outcomes)?.display()));
+        output.note(&format!("wrote {}", write_fixes(folder, &outcomes, risk)?.display()));
+        let plot = stanford_svg(&protected, args.integrity.alert_limit_m);
+        output.write(&folder.join("stanford.svg"), plot.as_bytes())?;
     }
-    let score = FixScore::from_outcomes(&outcomes, right_m, trial.threads);
+    let integrity = args.integrity.score(&protected);
+    let score = FixScore { integrity, ..FixScore::from_outcomes(&outcomes, right_m, trial.threads) };
     output.say(&score, || fix_text(&score));
     Ok(Exit::Done)
 }
 
-fn frame_line(outcome: &FixOutcome) -> FrameLine<'_> {
+fn frame_line(outcome: &FixOutcome, integrity_risk: f64) -> FrameLine<'_> {
     FrameLine {
         image: &outcome.image,
-        answer: AnswerJson::new(outcome.answer.clone(), outcome.elapsed_ms),
+        answer: AnswerJson::new(outcome.answer.clone(), outcome.elapsed_ms, integrity_risk),
         error_m: outcome.error.map(overfly_core::geodesy::Enu::length_m),
         in_ellipse95: outcome.is_in_ellipse95(),
         decode_ms: outcome.decode_ms,

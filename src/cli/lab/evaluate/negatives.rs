@@ -10,6 +10,7 @@ use crate::cli::number::{positive, positive_metres, share};
 use crate::cli::output::Output;
 use crate::cli::threads::default_threads;
 use crate::server::dto::AnswerJson;
+use overfly_core::integrity::DEFAULT_INTEGRITY_RISK;
 use overfly_lab::report::calibration_svg;
 use overfly_lab::trial::{
     NegativeKind, NegativeOutcome, NegativeScore, NegativeTrial, PatternKind, ProbabilityBin, RecordedFlight,
@@ -153,7 +154,7 @@ fn accepted_line(outcome: &NegativeOutcome) -> Option<AcceptedLine<'_>> {
         period_m: outcome.pattern.map(|p| p.period_m),
         error_m: outcome.error_m(),
         heading_known: outcome.is_heading_known,
-        answer: AnswerJson::new(search.answer.clone(), search.elapsed_ms),
+        answer: AnswerJson::new(search.answer.clone(), search.elapsed_ms, DEFAULT_INTEGRITY_RISK),
     })
 }
 

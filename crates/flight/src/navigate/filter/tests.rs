@@ -92,6 +92,7 @@ fn fix(position: Geodetic, heading_rad: f64, log_height: f64) -> FixMeasurement 
         heading_sigma_rad: 0.1f64.to_radians(),
         log_height,
         log_height_sigma: 0.001,
+        false_probability: 1.5e-4,
     }
 }
 

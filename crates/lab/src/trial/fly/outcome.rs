@@ -1,5 +1,6 @@
 //! `FlyOutcome`: one image of a replayed flight, compared with the truth.
 
+use crate::trial::integrity_score::ProtectedError;
 use crate::trial::recorded_flight::RecordedFrame;
 use overfly_core::geodesy::{Enu, Geodetic, LocalFrame};
 use overfly_flight::navigate::Position;
@@ -22,6 +23,15 @@ pub struct FlyOutcome {
 }
 
 impl FlyOutcome {
+    /// The error of each position with its protection level.
+    pub fn protected_errors(outcomes: &[Self], integrity_risk: f64) -> Vec<ProtectedError> {
+        let of = |o: &Self| ProtectedError {
+            error_m: o.error.length_m(),
+            protection_level_m: o.position.protection_level_m(integrity_risk),
+        };
+        outcomes.iter().map(of).collect()
+    }
+
     /// Compares a position, and the fix that belongs to it, with the truth.
     pub fn new(frame: &RecordedFrame, position: Position, truth: Geodetic, is_hidden: bool) -> Self {
         let here = LocalFrame::at(truth);

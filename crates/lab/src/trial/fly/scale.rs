@@ -77,6 +77,7 @@ mod tests {
                 heading_rad: 0.0,
                 heading_sigma_rad: 0.01,
                 covariance: EnuCovariance::from_sigma_m(1.0),
+                errors: Default::default(),
                 height_scale,
                 height_scale_sigma_ratio: 0.002,
                 fix_age_s,

@@ -2,9 +2,11 @@
 
 use super::outcome::FlyOutcome;
 use super::scale::FlightScale;
+use crate::trial::integrity_score::IntegrityScore;
 use crate::trial::quantiles::Quantiles;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::{CHI_SQUARE_999, LocalFrame};
+use overfly_core::integrity::DEFAULT_INTEGRITY_RISK;
 use overfly_flight::navigate::PositionSource;
 use serde::Serialize;
 
@@ -36,6 +38,8 @@ pub struct FlyScore {
     /// Clear images from the last disturbance (hidden images, or the start) until positions stayed within `right_m`;
     /// `None` if they never did.
     pub recovered_after_frames: Option<usize>,
+    /// Protection levels against errors.
+    pub integrity: IntegrityScore,
     /// Greatest error of a right position, metres.
     pub right_m: f64,
     /// One factor for all heights of the flight.
@@ -121,6 +125,11 @@ impl FlyScore {
             absolute_count: outcomes.iter().map(|o| o.position.absolute_count).sum(),
             relative_count: outcomes.iter().map(|o| o.position.relative_count).sum(),
             recovered_after_frames: recovered_after(outcomes, right_m),
+            integrity: IntegrityScore::from_errors(
+                &FlyOutcome::protected_errors(outcomes, DEFAULT_INTEGRITY_RISK),
+                DEFAULT_INTEGRITY_RISK,
+                None,
+            ),
             right_m,
             scale,
             dead_reckoning_runs: runs.map(|run| run_score(run, scale)).collect(),

@@ -23,10 +23,11 @@ struct PositionRow<'a> {
     fix_age_s: Option<Decimals<3>>,
     tiles_searched: usize,
     nominal_count: Decimals<3>,
+    protection_level_m: Option<Decimals<3>>,
 }
 
 impl<'a> PositionRow<'a> {
-    fn new(mode: Mode, o: &'a FlyOutcome) -> Self {
+    fn new(mode: Mode, o: &'a FlyOutcome, integrity_risk: f64) -> Self {
         let p = &o.position;
         Self {
             image: &o.image,
@@ -42,16 +43,23 @@ impl<'a> PositionRow<'a> {
             fix_age_s: p.fix_age_s.map(Decimals),
             tiles_searched: p.tiles_searched,
             nominal_count: Decimals(p.nominal_count),
+            protection_level_m: p.protection_level_m(integrity_risk).map(Decimals),
         }
     }
 }
 
 /// Writes `positions.csv` into a folder, which is made if absent, and returns the path of the file. The rows of one mode follow
-/// those of the other.
+/// those of the other. Protection levels are for `integrity_risk`.
 ///
 /// # Errors
 /// [`TrialError::Unwritable`].
-pub fn write_positions(folder: &Path, flown: &[(Mode, Vec<FlyOutcome>)]) -> Result<PathBuf, TrialError> {
-    let rows = flown.iter().flat_map(|(mode, outcomes)| outcomes.iter().map(|o| PositionRow::new(*mode, o)));
+pub fn write_positions(
+    folder: &Path,
+    flown: &[(Mode, Vec<FlyOutcome>)],
+    integrity_risk: f64,
+) -> Result<PathBuf, TrialError> {
+    let rows = flown
+        .iter()
+        .flat_map(|(mode, outcomes)| outcomes.iter().map(move |o| PositionRow::new(*mode, o, integrity_risk)));
     write_csv(folder, "positions.csv", rows)
 }

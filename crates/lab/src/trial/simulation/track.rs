@@ -162,6 +162,8 @@ impl<'a> FilterTrack<'a> {
             heading_sigma_rad: (self.model.fix_heading_deg * self.model.stated_ratio).to_radians(),
             log_height,
             log_height_sigma: self.model.fix_scale_ratio * self.model.stated_ratio,
+            // All fixes of a simulation are right.
+            false_probability: 0.0,
         })
     }
 
