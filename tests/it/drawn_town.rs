@@ -43,6 +43,7 @@ fn draw_flight(folder: &Path) {
             tilt_deg: [3.0, 12.0],
             wobble_deg: 0.8,
             rate_deg_per_s: 5.0,
+            is_continuous: false,
             margin_m: 180.0,
             seed: SEED,
         },

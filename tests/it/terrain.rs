@@ -54,6 +54,7 @@ fn drawn() -> &'static Drawn {
                 tilt_deg: [12.0, 20.0],
                 wobble_deg: 0.6,
                 rate_deg_per_s: 1.0,
+                is_continuous: false,
                 margin_m: 2100.0,
                 seed: SEED,
             },

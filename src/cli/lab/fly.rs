@@ -72,6 +72,9 @@ pub struct Args {
     /// Execution time of a relative registration, seconds.
     #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.03)]
     relative_s: f64,
+    /// Decide on each image alone, and not on tracks of several.
+    #[arg(long)]
+    without_tracks: bool,
     /// Error of the start position, metres, in a random direction.
     #[arg(long, value_name = "M", value_parser = metres, default_value_t = 0.0, help_heading = "Disturbances")]
     start_error_m: f64,
@@ -211,6 +214,7 @@ impl Args {
             speed_sigma_mps: self.speed_mps / 2.0,
             min_turn_radius_m: self.min_turn_radius_m,
             execution_times: self.execution_times(),
+            tracks: !self.without_tracks,
             threads: self.threads.get(),
         }
     }

@@ -89,7 +89,10 @@ fn searched_map(context: &SearchContext<'_>) -> SearchedMap {
 }
 
 /// The fix at a place; `None` beyond the tile matrix.
-fn fix(
+///
+/// # Errors
+/// Where the store cannot be read.
+pub fn fix(
     context: &SearchContext<'_>,
     camera: &Camera,
     size: SearchSize,

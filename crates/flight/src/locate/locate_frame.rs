@@ -17,6 +17,7 @@ use super::search_context::SearchContext;
 use super::search_steps::SearchSteps;
 use super::stated_height::StatedHeight;
 use super::trace::Trace;
+use super::tracked_place::TrackedPlace;
 use super::verify::{Verdict, Verifier};
 use super::weighed_place::WeighedPlace;
 use overfly_core::camera::{Camera, View};
@@ -170,6 +171,34 @@ pub fn locate_weighed(
         let registration = register(context, frame)?;
         let places = registration.verified_places(context);
         Ok(LayerAnswer { answer: registration.answer, more: places.first().cloned(), places })
+    };
+    over_layers(store, request, &Means { threads, parts: Parts::ALL, cancellation: &CancellationToken::new() }, &search)
+}
+
+/// As [`locate`], and without a fix the places that a track may decide on, best first.
+///
+/// # Errors
+/// As [`locate`].
+pub fn locate_places(
+    store: &Reader,
+    frame: &Gray,
+    request: &FixRequest,
+    threads: usize,
+) -> Result<(Answer, Vec<TrackedPlace>), LocateError> {
+    request.check()?;
+    let search = |context: &SearchContext<'_>| {
+        let registration = register(context, frame)?;
+        let tracked = match &registration.search {
+            Some((prepared, Search { verdict: Some(verdict), .. })) => {
+                let camera = prepared.frame.camera();
+                let size = SearchSize::new(context.request, context.layer, camera);
+                let size = SearchSize { tiles_searched: prepared.tiles_searched, ..size };
+                TrackedPlace::all(context, camera, size, verdict)?
+            }
+            _ => Vec::new(),
+        };
+        let places = registration.verified_places(context);
+        Ok(LayerAnswer { answer: registration.answer, more: tracked, places })
     };
     over_layers(store, request, &Means { threads, parts: Parts::ALL, cancellation: &CancellationToken::new() }, &search)
 }

@@ -73,6 +73,8 @@ pub struct VerifiedPlace {
     pub seam: Option<Seam>,
     /// Whether the view is smeared, looked for only at a fix.
     pub is_smeared: bool,
+    /// Whether nothing speaks against the place but a lack of evidence or a rival; stated where it is no fix.
+    pub may_be_tracked: bool,
     /// log10 of the number of false alarms expected in a search of this size: of the correlation peak, and of the agreement of the windows
     /// given that peak, times the number of layers that may be searched.
     pub log10_false_alarms: f64,
@@ -163,6 +165,11 @@ impl Verifier<'_> {
             best.is_smeared = is_smeared(smear);
             best.seam = find_seam(&observation.window_surfaces(&displacements), &displacements);
         }
+        if refusal.is_some() {
+            for place in &mut places {
+                place.may_be_tracked = self.may_be_tracked(place)?;
+            }
+        }
         Ok(Verdict { refusal, places, unverified, score, log10_false_alarms })
     }
 
@@ -191,6 +198,7 @@ impl Verifier<'_> {
             rivals: None,
             seam: None,
             is_smeared: false,
+            may_be_tracked: false,
             log10_false_alarms: peak + windows_given_peak + self.log10_layers(),
             log10_rival_false_alarms: peak + windows,
         };
@@ -235,6 +243,12 @@ impl Verifier<'_> {
             return Ok(Some(Refusal::new(Reason::Ambiguous, detail)));
         }
         self.inconsistency(&best.refined)
+    }
+
+    /// Whether nothing speaks against a place but a lack of evidence or a rival.
+    fn may_be_tracked(&self, place: &VerifiedPlace) -> Result<bool, StoreError> {
+        let has_windows = place.refined.fit.inliers.len() >= MIN_INLIERS;
+        Ok(has_windows && !self.lacks_whole_view(place) && self.inconsistency(&place.refined)?.is_none())
     }
 
     /// Whether a place must stand out as a whole view, and does not.

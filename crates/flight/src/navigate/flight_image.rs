@@ -81,7 +81,7 @@ impl FlightImage {
         let MotionAnswer::Motion(motion) = register(&own.gray, &others.gray, &MotionPrior::default()) else {
             return Ok(None);
         };
-        Ok(Some(step(&motion, &own, &others)))
+        Ok(Some(step(&motion, &own, &others, self.attitude.sigma_rad.max(next.attitude.sigma_rad))))
     }
 
     /// Whether the compass shows the turn of a step; without two readings, it does not.
@@ -162,8 +162,9 @@ impl LevelView {
     }
 }
 
-/// The odometry step of a motion between two level views: the offset of the later nadir from the earlier.
-fn step(motion: &Motion, own: &LevelView, others: &LevelView) -> OdometryStep {
+/// The odometry step of a motion between two level views: the offset of the later nadir from the earlier. `attitude_sigma_rad`: one
+/// standard deviation of pitch and roll, by which the views may not be level.
+fn step(motion: &Motion, own: &LevelView, others: &LevelView, attitude_sigma_rad: f64) -> OdometryStep {
     let [x, y] = others.nadir_px;
     let [row_x, row_y] = motion.a_from_b;
     let in_own = [row_x[0] * x + row_x[1] * y + row_x[2], row_y[0] * x + row_y[1] * y + row_y[2]];
@@ -174,7 +175,9 @@ fn step(motion: &Motion, own: &LevelView, others: &LevelView) -> OdometryStep {
     let length = per_height[0].hypot(per_height[1]);
     let registered = Matrix2::new(xx, -xy, -yx, yy) * gsd * gsd;
     let covariance = registered + Matrix2::identity() * (STEP_SIGMA_SHARE * length).powi(2);
-    let slope_sigma = SLOPE_SIGMA * length / 2.0;
+    // Between two views that lean by t the ground in both grows and turns by t times the distance over the height, as each shows it in
+    // another place; on a slope by half of that.
+    let slope_sigma = (SLOPE_SIGMA / 2.0).hypot(attitude_sigma_rad) * length;
     OdometryStep {
         per_height,
         covariance,

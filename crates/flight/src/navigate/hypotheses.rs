@@ -8,6 +8,7 @@ use super::error::FilterError;
 use super::filter::{Gate, NavigationFilter};
 use super::measurements::{FixMeasurement, SensorReading, SensorSigmas};
 use super::time_update::TimeUpdate;
+use super::track::{PlaceEvidence, TRACK_GATE, Track};
 use overfly_core::geodesy::{EnuCovariance, LocalFrame};
 use overfly_core::integrity::{ErrorBelief, ErrorMixture};
 
@@ -34,6 +35,8 @@ pub struct Hypotheses {
     is_unresolved: bool,
     /// What is true if the last accepted fix is false.
     fallback: Fallback,
+    /// What places say that no image decides on alone, since the last accepted fix.
+    track: Track,
 }
 
 /// What the filter would be without its last accepted fix.
@@ -52,6 +55,13 @@ struct Alternative {
     filter: NavigationFilter,
     /// Fixes that agree.
     fixes: u32,
+}
+
+impl Fallback {
+    /// Without this fix nothing is known.
+    fn anywhere(fix: &FixMeasurement) -> Self {
+        Self { false_probability: fix.false_probability, filter: None, wrong_probability: 1.0 }
+    }
 }
 
 /// The time updates from one image to the next.
@@ -89,6 +99,7 @@ impl Hypotheses {
             doubtful_images: 0,
             is_unresolved: false,
             fallback: Fallback { false_probability: 0.0, filter: None, wrong_probability: 0.0 },
+            track: Track::default(),
         }
     }
 
@@ -163,6 +174,7 @@ impl Hypotheses {
     /// As [`TimeUpdate::apply`].
     pub fn predict(&mut self, update: &ImageUpdate, sensors: &SensorSigmas) -> Result<(), FilterError> {
         update.unaided.apply(&mut self.unaided, sensors)?;
+        self.track.predict(|filter| update.aided.apply(filter, sensors))?;
         if let Some(fallback) = &mut self.fallback.filter {
             update.aided.apply(fallback, sensors)?;
         }
@@ -217,9 +229,7 @@ impl Hypotheses {
             alternative.fixes += 1;
             if alternative.fixes >= AGREEING_FIXES && is_reachable {
                 let filter = alternative.filter.clone();
-                let anywhere =
-                    Fallback { false_probability: fix.false_probability, filter: None, wrong_probability: 1.0 };
-                self.accept(filter, anywhere);
+                self.accept(filter, Fallback::anywhere(fix));
                 return Ok(true);
             }
             return Ok(false);
@@ -227,11 +237,7 @@ impl Hypotheses {
         let was_lost = self.is_lost();
         let mut updated = self.aided.clone();
         if !was_lost && updated.update_fix(fix, GATE)?.is_accepted {
-            let without = Fallback {
-                false_probability: fix.false_probability,
-                filter: Some(self.aided.clone()),
-                wrong_probability: self.fallback.false_probability,
-            };
+            let without = self.without_fix(fix);
             self.accept(updated, without);
             return Ok(true);
         }
@@ -244,6 +250,61 @@ impl Hypotheses {
         Ok(false)
     }
 
+    /// Updates the filter with a place that this image cannot decide on alone, where the track of the images before decides; returns
+    /// whether it does.
+    ///
+    /// # Errors
+    /// [`FilterError`] where covariances are singular.
+    pub fn update_place(
+        &mut self,
+        place: &FixMeasurement,
+        evidence: PlaceEvidence,
+        reading: SensorReading,
+        sensors: &SensorSigmas,
+    ) -> Result<bool, FilterError> {
+        if self.has_fix && !self.is_lost() {
+            if !self.track.agrees_with(&self.aided, place, evidence)? {
+                return Ok(false);
+            }
+            let without = self.without_fix(place);
+            let mut updated = self.aided.clone();
+            updated.update_fix(place, TRACK_GATE)?;
+            self.accept(updated, without);
+            return Ok(true);
+        }
+        let is_reachable = !self.has_fix || self.unaided.fix_residual(place, Gate::ONE_IN_A_MILLION)?.is_accepted;
+        let is_within = !self.has_fix && self.aided.fix_residual(place, Gate::ONE_IN_A_MILLION)?.is_accepted;
+        if !is_reachable || !self.has_fix && !is_within {
+            return Ok(false);
+        }
+        let Some(filter) = self.track.decided(place, evidence, reading, sensors)? else { return Ok(false) };
+        self.accept(filter, Fallback::anywhere(place));
+        Ok(true)
+    }
+
+    /// Takes over the track of filters that were updated with the places of an earlier image, and carries it on to this one.
+    ///
+    /// # Errors
+    /// As [`Hypotheses::predict`].
+    pub fn keep_track(
+        &mut self,
+        at_image: &Self,
+        since: &[ImageUpdate],
+        sensors: &SensorSigmas,
+    ) -> Result<(), FilterError> {
+        self.track = at_image.track.clone();
+        since.iter().try_for_each(|update| self.track.predict(|filter| update.aided.apply(filter, sensors)))
+    }
+
+    /// What is true if a fix that the filter accepts is false.
+    fn without_fix(&self, fix: &FixMeasurement) -> Fallback {
+        Fallback {
+            false_probability: fix.false_probability,
+            filter: Some(self.aided.clone()),
+            wrong_probability: self.fallback.false_probability,
+        }
+    }
+
     fn accept(&mut self, filter: NavigationFilter, fallback: Fallback) {
         *self = Self {
             unaided: filter.clone(),
@@ -253,6 +314,7 @@ impl Hypotheses {
             doubtful_images: 0,
             is_unresolved: false,
             fallback,
+            track: Track::default(),
         };
     }
 }

@@ -23,6 +23,7 @@ mod position;
 mod search_widening;
 mod stuck_sensors;
 mod time_update;
+mod track;
 mod velocity;
 
 pub use error::{FilterError, NavigateError};

@@ -347,6 +347,12 @@ impl<'a> Navigator<'a> {
         let Some(pending) = self.pending.take_if(|p| p.done_s <= now_s) else { return Ok(()) };
         match &pending.answer {
             Answer::NoFix(no_fix) => {
+                let (hypotheses, place) = pending.tracked(&self.options.sensors)?;
+                if place.is_some() {
+                    return self.use_updated(hypotheses, true, &pending);
+                }
+                // The places that were not decided on stay with the track.
+                self.hypotheses.keep_track(&hypotheses, &pending.updates, &self.options.sensors)?;
                 if !self.hypotheses.drop_alternative() {
                     self.widening.record_failure(no_fix.reason);
                 }
@@ -358,8 +364,18 @@ impl<'a> Navigator<'a> {
 
     /// Updates the filters with a fix, as they were at the image of the fix, and applies the time updates since.
     fn update_fix(&mut self, fix: &Fix, pending: &PendingRegistration) -> Result<(), NavigateError> {
+        let (hypotheses, is_accepted) = pending.updated(fix, &self.options.sensors)?;
+        self.use_updated(hypotheses, is_accepted, pending)
+    }
+
+    /// Goes on with filters that were updated at the image of a registration.
+    fn use_updated(
+        &mut self,
+        mut hypotheses: Hypotheses,
+        is_accepted: bool,
+        pending: &PendingRegistration,
+    ) -> Result<(), NavigateError> {
         let sensors = &self.options.sensors;
-        let (mut hypotheses, is_accepted) = pending.updated(fix, sensors)?;
         if is_accepted {
             self.widening.reset();
             self.velocity = self.velocity_from_fixes(hypotheses.filter(), pending.image.time_s);

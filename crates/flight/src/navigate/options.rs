@@ -25,6 +25,8 @@ pub struct NavigateOptions {
     pub min_turn_radius_m: f64,
     /// Execution times of registrations.
     pub execution_times: ExecutionTimes,
+    /// Whether places that one image cannot decide on are decided on by the images before.
+    pub tracks: bool,
     /// Threads that one absolute registration may use.
     pub threads: usize,
 }
@@ -47,6 +49,7 @@ impl Default for NavigateOptions {
             speed_sigma_mps: 20.0,
             min_turn_radius_m: 500.0,
             execution_times: ExecutionTimes::default(),
+            tracks: true,
             threads: 1,
         }
     }

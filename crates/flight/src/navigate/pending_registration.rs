@@ -5,7 +5,8 @@ use super::flight_image::FlightImage;
 use super::hypotheses::{Hypotheses, ImageUpdate};
 use super::measurements::{FixMeasurement, SensorSigmas};
 use super::options::NavigateOptions;
-use crate::locate::{Answer, Fix, FixRequest, LocateError, locate};
+use super::track::PlaceEvidence;
+use crate::locate::{Answer, Fix, FixRequest, LocateError, TrackedPlace, locate_places};
 use overfly_core::camera::CameraError;
 use overfly_store::Reader;
 
@@ -19,6 +20,8 @@ pub struct PendingRegistration {
     pub done_s: f64,
     /// The result.
     pub answer: Answer,
+    /// Without a fix: the places that a track may decide on.
+    pub places: Vec<TrackedPlace>,
     /// The image.
     pub image: FlightImage,
     /// The filters at that image.
@@ -49,7 +52,7 @@ impl PendingRegistration {
         request: &FixRequest,
         hypotheses: Hypotheses,
     ) -> Result<Option<Self>, NavigateError> {
-        let answer = match locate(store, &image.gray, request, options.threads) {
+        let (answer, places) = match locate_places(store, &image.gray, request, options.threads) {
             Err(
                 LocateError::TooWide { .. }
                 | LocateError::MemoryLimit { .. }
@@ -57,7 +60,9 @@ impl PendingRegistration {
             ) => return Ok(None),
             answer => answer?,
         };
-        let mut pending = Self { done_s: image.time_s, answer, image: image.clone(), hypotheses, updates: Vec::new() };
+        let places = if options.tracks { places } else { Vec::new() };
+        let (done_s, image, updates) = (image.time_s, image.clone(), Vec::new());
+        let mut pending = Self { done_s, answer, places, image, hypotheses, updates };
         pending.done_s += options.execution_times.absolute_s(pending.searched().tiles);
         Ok(Some(pending))
     }
@@ -84,6 +89,25 @@ impl PendingRegistration {
         let mut hypotheses = self.hypotheses.clone();
         let is_accepted = hypotheses.update_fix(&measurement, is_sure, self.image.reading, sensors)?;
         Ok((hypotheses, is_accepted))
+    }
+}
+
+impl PendingRegistration {
+    /// The filters at the image, updated with the first of its places that the track decides on, and that place; `None` where it decides
+    /// on none.
+    ///
+    /// # Errors
+    /// As [`PendingRegistration::updated`].
+    pub fn tracked(&self, sensors: &SensorSigmas) -> Result<(Hypotheses, Option<&Fix>), NavigateError> {
+        let mut hypotheses = self.hypotheses.clone();
+        for place in &self.places {
+            let measurement = measurement(&place.fix, &self.image)?;
+            let evidence = PlaceEvidence { log10_false_alarms: place.log10_false_alarms, rival_m: place.rival_m };
+            if hypotheses.update_place(&measurement, evidence, self.image.reading, sensors)? {
+                return Ok((hypotheses, Some(&place.fix)));
+            }
+        }
+        Ok((hypotheses, None))
     }
 }
 

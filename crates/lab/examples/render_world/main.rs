@@ -72,6 +72,9 @@ struct Args {
     /// The true columns of flight.csv hold the nadir and not the ground under the image's centre.
     #[arg(long)]
     nadir_truth: bool,
+    /// One flight in turns, without pauses and jumps, instead of single lines.
+    #[arg(long)]
+    continuous: bool,
     /// How much higher the water is on the flight's day, metres (lakes) [default: 0.7].
     #[arg(long, allow_negative_numbers = true)]
     water_rise_m: Option<f64>,

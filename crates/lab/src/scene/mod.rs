@@ -7,6 +7,7 @@
 mod building;
 mod cast;
 mod cells;
+mod continuous_track;
 mod date;
 mod exposure;
 mod files;

@@ -193,6 +193,7 @@ fn small_flight() -> FlightPlan {
             tilt_deg: [2.0, 8.0],
             wobble_deg: 0.5,
             rate_deg_per_s: 3.0,
+            is_continuous: false,
             margin_m: 300.0,
             seed: 9,
         },

@@ -1,5 +1,6 @@
 //! `Shot`: when, where and how each frame of a flight is taken; `TrackPlan` draws them.
 
+use super::continuous_track::continuous_shots;
 use super::pose::ScenePose;
 use super::world::World;
 use rand::{Rng, SeedableRng};
@@ -39,6 +40,8 @@ pub struct TrackPlan {
     pub rate_deg_per_s: f64,
     /// From the edge of the world to the nearest nadir, metres.
     pub margin_m: f64,
+    /// Whether the flight goes from line to line in turns, without pauses and jumps.
+    pub is_continuous: bool,
     /// Seed.
     pub seed: u64,
 }
@@ -47,6 +50,9 @@ impl TrackPlan {
     /// Draws the shots.
     pub fn shots(&self, world: &World) -> Vec<Shot> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        if self.is_continuous {
+            return continuous_shots(self, world, &mut rng);
+        }
         let mut shots = Vec::with_capacity(self.frames);
         let mut time_s = 0.0;
         while shots.len() < self.frames {
@@ -130,7 +136,8 @@ impl Line {
     }
 }
 
-fn range(rng: &mut ChaCha8Rng, [low, high]: [f64; 2]) -> f64 {
+/// An even number between two bounds.
+pub fn range(rng: &mut ChaCha8Rng, [low, high]: [f64; 2]) -> f64 {
     low + (high - low) * rng.random::<f64>()
 }
 
