@@ -24,13 +24,14 @@ impl ToSchema for ProblemCode {
 }
 
 /// Every code word, sorted.
-const CODES: [&str; 112] = [
+const CODES: [&str; 114] = [
     "already_signed",
     "altered_manifest",
     "altered_patch",
     "altered_seal",
     "bad_camera",
     "bad_parameter",
+    "below_ground",
     "beyond_quarter_turn",
     "body_broken",
     "body_too_large",
@@ -74,6 +75,7 @@ const CODES: [&str; 112] = [
     "no_such_layer",
     "no_such_route",
     "no_such_tile",
+    "no_terrain",
     "no_tile_in_corridor",
     "no_time",
     "not_a_calibration",

@@ -25,6 +25,7 @@ fn options(mode: Mode, threads: usize) -> NavigateOptions {
         speed_sigma_mps: 20.0,
         min_turn_radius_m: 300.0,
         execution_times: ExecutionTimes::default(),
+        tracks: true,
         threads,
     }
 }

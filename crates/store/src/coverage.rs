@@ -4,13 +4,24 @@
 //! OGC 17-066r1, GeoPackage Extension for Tiled Gridded Coverage Data.
 
 use super::heights::{LOWEST_M, STEP_M, UNKNOWN};
+use super::terrain::Terrain;
 use rusqlite::{Connection, params};
 
 /// Its extension, and where that is defined.
 const EXTENSION: [&str; 2] = ["gpkg_2d_gridded_coverage", "http://docs.opengeospatial.org/is/17-066r1/17-066r1.html"];
 
+/// Writes what a layer states of its heights, and declares their coverage. Does nothing for imagery.
+pub(super) fn declare_terrain(connection: &Connection, layer: &str, terrain: Option<&Terrain>) -> rusqlite::Result<()> {
+    let Some(terrain) = terrain else { return Ok(()) };
+    connection.execute(
+        "INSERT OR REPLACE INTO overfly_terrain (layer, vertical_datum, vertical_error_m) VALUES (?1, ?2, ?3)",
+        params![layer, terrain.vertical_datum.word(), terrain.vertical_error_m],
+    )?;
+    declare(connection, layer)
+}
+
 /// Declares a layer, whose contents must be declared, and its tiles. Replaces an older declaration.
-pub(super) fn declare(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
+fn declare(connection: &Connection, layer: &str) -> rusqlite::Result<()> {
     withdraw(connection, layer)?;
     connection.execute("UPDATE gpkg_contents SET data_type = '2d-gridded-coverage' WHERE table_name = ?1", [layer])?;
     connection.execute(

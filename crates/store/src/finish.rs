@@ -8,7 +8,7 @@ use super::footprint_rows;
 use super::source::{self, SourceTable};
 use super::tile_rows::clear_tile;
 use super::versions::PLACES_SINCE;
-use super::{FORMAT_VERSION, StoreError, coverage, digest, geopackage, terrain, verify};
+use super::{FORMAT_VERSION, StoreError, coverage, digest, geopackage, verify};
 use overfly_core::tile::TileId;
 use rusqlite::{Connection, params};
 use std::path::Path;
@@ -184,7 +184,7 @@ pub(super) fn declare(connection: &Connection, version: u32, declaration: &Decla
     )?;
     let newest = sources.iter().filter_map(|s| s.acquired.as_deref()).max();
     geopackage::declare(connection, layer, *min_zoom..=*base_zoom, &bounds, &geopackage::last_change(newest))?;
-    terrain::declare(connection, layer, terrain.as_ref())?;
+    coverage::declare_terrain(connection, layer, terrain.as_ref())?;
     Ok(tiles.into())
 }
 

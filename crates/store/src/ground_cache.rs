@@ -1,10 +1,10 @@
 //! `GroundCache`: the decoded and described tiles that a reader caches.
 
 use super::CacheLimits;
-use super::terrain::HeightCache;
 use super::tile_cache::TileCache;
 use overfly_core::feature::Structure;
 use overfly_core::pixels::{Gray, Mask};
+use overfly_core::tile::HeightGrid;
 
 /// Brightness and mask of one tile.
 pub(super) type GrayTile = (Gray, Mask);
@@ -14,7 +14,7 @@ pub(super) type GrayTile = (Gray, Mask);
 pub(super) struct GroundCache {
     pub grays: TileCache<GrayTile>,
     pub structures: TileCache<Structure>,
-    pub heights: HeightCache,
+    pub heights: TileCache<HeightGrid>,
 }
 
 impl GroundCache {

@@ -32,6 +32,7 @@ mod geopackage;
 mod ground;
 mod ground_cache;
 mod hashing;
+mod height_tiles;
 mod heights;
 mod imagery;
 mod layer;

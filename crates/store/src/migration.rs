@@ -106,7 +106,9 @@ mod tests {
         migrate(&connection, 0, FORMAT_VERSION).unwrap();
         let mut statement = connection.prepare("SELECT DISTINCT definition FROM gpkg_extensions ORDER BY 1").unwrap();
         let found: Vec<String> = statement.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect();
-        assert_eq!(found, ["http://www.geopackage.org/spec120/#extension_rtree", "overfly migrations/README.md"]);
+        let coverage = "http://docs.opengeospatial.org/is/17-066r1/17-066r1.html";
+        let rtree = "http://www.geopackage.org/spec120/#extension_rtree";
+        assert_eq!(found, [coverage, rtree, "overfly migrations/README.md"]);
     }
 
     #[test]

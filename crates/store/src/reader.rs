@@ -277,11 +277,6 @@ impl Reader {
         &self.layers
     }
 
-    /// The finished layers of imagery by name: in these frames are located.
-    pub fn imagery_layers(&self) -> impl Iterator<Item = &Layer> {
-        self.finished_layers().filter(|l| l.terrain.is_none())
-    }
-
     /// The finished layers by name. Only these answer queries.
     pub fn finished_layers(&self) -> impl Iterator<Item = &Layer> {
         self.layers.iter().filter(|l| l.complete)
@@ -310,18 +305,6 @@ impl Reader {
             StoreError::NoLayer { path: self.path.clone(), name: name.into(), known: known.join(", ") }
         })?;
         self.require_complete(layer)?;
-        Ok(layer)
-    }
-
-    /// As [`Reader::layer`], for a layer of imagery.
-    ///
-    /// # Errors
-    /// As [`Reader::layer`], and [`StoreError::Heights`].
-    pub fn imagery_layer(&self, name: &str) -> Result<&Layer, StoreError> {
-        let layer = self.layer(name)?;
-        if layer.terrain.is_some() {
-            return Err(StoreError::Heights { path: self.path.clone(), name: name.into() });
-        }
         Ok(layer)
     }
 

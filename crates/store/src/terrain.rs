@@ -1,13 +1,9 @@
-//! `Terrain`: what a layer of heights states of them; and heights as a reader gives them.
+//! `Terrain`: what a layer of heights states of them.
 
-use super::tile_cache::TileCache;
-use super::{Layer, Reader, StoreError, coverage, heights};
 use overfly_core::geodesy::VerticalDatum;
-use overfly_core::tile::{HeightGrid, MAX_ZOOM, TILE_SIZE_PX, TileId};
+use rusqlite::Row;
 use rusqlite::types::Type;
-use rusqlite::{Connection, Row, params};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// One standard deviation of heights whose error is unknown, metres: that of the global models, with what grows and stands on the
 /// ground.
@@ -54,61 +50,4 @@ pub(super) fn read(row: &Row<'_>, at: usize) -> rusqlite::Result<Option<Terrain>
         rusqlite::Error::FromSqlConversionFailure(at, Type::Text, reason.into())
     })?;
     Ok(Some(Terrain { vertical_datum, vertical_error_m: row.get(at + 1)? }))
-}
-
-/// Writes what a layer states of its heights, and declares their coverage. Does nothing for imagery.
-pub(super) fn declare(connection: &Connection, layer: &str, terrain: Option<&Terrain>) -> rusqlite::Result<()> {
-    let Some(terrain) = terrain else { return Ok(()) };
-    connection.execute(
-        "INSERT OR REPLACE INTO overfly_terrain (layer, vertical_datum, vertical_error_m) VALUES (?1, ?2, ?3)",
-        params![layer, terrain.vertical_datum.word(), terrain.vertical_error_m],
-    )?;
-    coverage::declare(connection, layer)
-}
-
-/// Decoded tiles of heights, by layer and tile.
-pub(super) type HeightCache = TileCache<HeightGrid>;
-
-impl Reader {
-    /// The layer of heights, where the store has a finished one.
-    pub fn terrain(&self) -> Option<(&Layer, &Terrain)> {
-        self.finished_layers().find_map(|layer| layer.terrain.as_ref().map(|terrain| (layer, terrain)))
-    }
-
-    /// The heights of a window of a layer of heights, at its base zoom; unknown where it has none. Columns may run past the
-    /// antimeridian. Onboard, a damaged tile counts as unknown.
-    ///
-    /// # Errors
-    /// Where the layer is unfinished or a tile is damaged.
-    pub fn heights(&self, layer: &Layer, corner_px: [i64; 2], size_px: [usize; 2]) -> Result<HeightGrid, StoreError> {
-        let mut window = HeightGrid::unknown(layer.base_zoom, corner_px, size_px);
-        let size = i64::from(TILE_SIZE_PX);
-        let tiles = |axis: usize| {
-            corner_px[axis].div_euclid(size)..=(corner_px[axis] + size_px[axis] as i64 - 1).div_euclid(size)
-        };
-        let matrix = 1i64 << layer.base_zoom.min(MAX_ZOOM);
-        for row in tiles(1).filter(|row| (0..matrix).contains(row)) {
-            for column in tiles(0) {
-                let Ok(tile) = TileId::new(layer.base_zoom, column.rem_euclid(matrix) as u32, row as u32) else {
-                    continue;
-                };
-                if let Some(known) = self.height_tile(layer, tile)? {
-                    let copies = (column - i64::from(tile.column())) * size;
-                    window.paste_shifted(&known, copies);
-                }
-            }
-        }
-        Ok(window)
-    }
-
-    fn height_tile(&self, layer: &Layer, tile: TileId) -> Result<Option<Arc<HeightGrid>>, StoreError> {
-        self.ground.heights.get((0, tile), || {
-            let encoded = match self.encoded_tile(layer, tile) {
-                Err(StoreError::DamagedTile { .. }) if self.is_onboard() => None,
-                other => other?,
-            };
-            let Some(encoded) = encoded else { return Ok(None) };
-            heights::decode(tile, &encoded.bytes).map(Some).map_err(|reason| self.damaged(layer, tile, reason))
-        })
-    }
 }

@@ -39,14 +39,7 @@ pub fn spell(remedy: &Remedy) -> String {
         Remedy::StateStretch => {
             "pass the values shown as black and white with --stretch LO,HI (gdalinfo -stats shows their range)".into()
         }
-        Remedy::StateTerrainDatum => {
-            "state it with --terrain-datum egm96|egm2008|ellipsoid (Copernicus: egm2008, SRTM: egm96)".into()
-        }
-        Remedy::OneTerrainDatum => {
-            "convert the heights with gdalwarp -s_srs and -t_srs, or build the terrain anew with --replace-terrain"
-                .into()
-        }
-        Remedy::HeightsInMetres => "convert them with gdal_calc.py or gdalwarp".into(),
+        Remedy::StateTerrainDatum | Remedy::OneTerrainDatum | Remedy::HeightsInMetres => spell_terrain(remedy).into(),
         Remedy::CheckValidPixels => "check its mask, nodata value and pixel size with gdalinfo".into(),
         Remedy::NameSources => "name files or folders of orthophotos".into(),
         Remedy::FinerZoom => "if they are smaller than a pixel there, pass a finer --zoom".into(),
@@ -76,5 +69,18 @@ pub fn spell(remedy: &Remedy) -> String {
         Remedy::UseRouteFormat => "a route is lines of GeoJSON, GPX or KML, in WGS84 degrees".into(),
         Remedy::CheckRoute => "check that it is the right route, and that its positions are longitude first".into(),
         Remedy::ReduceExport => "narrow the corridor, shorten the route, or name fewer layers".into(),
+    }
+}
+
+/// Spells a remedy for heights.
+fn spell_terrain(remedy: &Remedy) -> &'static str {
+    match remedy {
+        Remedy::StateTerrainDatum => {
+            "state it with --terrain-datum egm96|egm2008|ellipsoid (Copernicus: egm2008, SRTM: egm96)"
+        }
+        Remedy::OneTerrainDatum => {
+            "convert the heights with gdalwarp -s_srs and -t_srs, or build the terrain anew with --replace-terrain"
+        }
+        _ => "convert them with gdal_calc.py or gdalwarp",
     }
 }

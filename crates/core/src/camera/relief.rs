@@ -1,7 +1,5 @@
 //! `Relief`: how far the ground under a view rises above, or falls below, the plane on which the view's grid lies.
 
-use super::GroundGrid;
-
 /// The relief under a view: for each pixel of its grid the height of the ground above the reference, the plane at the height of the
 /// ground under the image's centre.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,11 +11,11 @@ pub struct Relief {
 }
 
 impl Relief {
-    /// Makes the relief of a grid from the rise at the centre of each of its pixels, metres, row by row; `None` where their number is
-    /// another one, or one is not finite.
-    pub fn new(grid: &GroundGrid, rises_m: Vec<f32>) -> Option<Self> {
-        let is_whole = rises_m.len() == grid.width_px * grid.height_px && rises_m.iter().all(|rise| rise.is_finite());
-        is_whole.then_some(Self { width_px: grid.width_px, height_px: grid.height_px, rises_m })
+    /// Makes the relief of a grid of a size from the rise at the centre of each of its pixels, metres, row by row; `None` where their
+    /// number is another one, or one is not finite.
+    pub fn new([width_px, height_px]: [usize; 2], rises_m: Vec<f32>) -> Option<Self> {
+        let is_whole = rises_m.len() == width_px * height_px && rises_m.iter().all(|rise| rise.is_finite());
+        is_whole.then_some(Self { width_px, height_px, rises_m })
     }
 
     /// The rises of a row of pixels, metres.

@@ -1,6 +1,6 @@
 //! `SearchArea`: the positions that a prior allows, in pixels of one level.
 
-use super::map::PixelWindow;
+use super::pixel_window::PixelWindow;
 use super::request::PositionPrior;
 use overfly_core::geodesy::{Geodetic, LocalFrame, WORLD_M};
 use overfly_core::tile::{Gsd, MercatorBounds, TILE_SIZE_PX, WorldPixel, gsd_at};

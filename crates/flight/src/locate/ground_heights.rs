@@ -132,5 +132,5 @@ fn relief(heights: &HeightGrid, pose: &CameraPose, grid: &GroundGrid, reference_
             rises.push((heights.at(at, pose.zoom)? - reference_m) as f32);
         }
     }
-    Relief::new(grid, rises)
+    Relief::new([grid.width_px, grid.height_px], rises)
 }

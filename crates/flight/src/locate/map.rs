@@ -1,25 +1,11 @@
 //! `Map`: a layer of a store as one seamless image of structural channels at any of its levels.
 
 use super::ground_heights::GroundHeights;
+use super::pixel_window::PixelWindow;
 use super::search_context::SearchContext;
 use overfly_core::feature::Structure;
 use overfly_core::tile::TILE_SIZE_PX;
 use overfly_store::{Layer, Reader, StoreError};
-
-/// A window of a level, in pixels of the world at its zoom. Columns may run past the antimeridian.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PixelWindow {
-    /// Zoom of the level.
-    pub zoom: u8,
-    /// First column.
-    pub left: i64,
-    /// First row.
-    pub top: i64,
-    /// Columns.
-    pub width_px: usize,
-    /// Rows.
-    pub height_px: usize,
-}
 
 /// A layer of a store, and the terrain below it.
 pub struct Map<'a> {

@@ -2,7 +2,8 @@
 
 use super::camera_pose::CameraPose;
 use super::frame_pyramid::{FramePyramid, structure_of};
-use super::map::{Map, PixelWindow};
+use super::map::Map;
+use super::pixel_window::PixelWindow;
 use overfly_core::camera::{GroundView, Relief};
 use overfly_core::feature::Structure;
 use overfly_core::registration::seam::Displacements;

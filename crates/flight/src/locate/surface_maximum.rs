@@ -3,7 +3,7 @@
 use super::area::SearchArea;
 use super::coarse_peaks::{CoarsePeak, MAX_PEAKS, SurfaceSums, strongest_first};
 use super::hypotheses::Hypothesis;
-use super::map::PixelWindow;
+use super::pixel_window::PixelWindow;
 use overfly_core::registration::coarse::Surface;
 use overfly_core::tile::WorldPixel;
 

@@ -229,8 +229,35 @@ mod tests {
 
     #[test]
     fn up_the_image_is_ahead() {
-        let found = step(&motion(0.0, -100.0, 0.0), &level(400, 300), &level(400, 300));
+        let found = step(&motion(0.0, -100.0, 0.0), &level(400, 300), &level(400, 300), 0.0);
         assert!((found.per_height[0]).abs() < 1e-12 && (found.per_height[1] - 0.2).abs() < 1e-12);
+    }
+
+    /// Views taken as level lean alike: each shows the common ground at another place, where it is larger and turned.
+    #[test]
+    fn a_lean_that_nobody_states_shows_in_the_sigmas_of_the_step() {
+        let lean_rad = 8f64.to_radians();
+        let (camera, level_camera) = [lean_rad, 0.0]
+            .map(|pitch_rad| {
+                let view = View::Posed {
+                    intrinsics: image(0.0, 0.0).intrinsics,
+                    height: Height::AboveGround(1.0),
+                    attitude: Attitude::exact(pitch_rad, 0.0),
+                };
+                Camera::new(&view, 400, 300).unwrap()
+            })
+            .into();
+        // Two points of the ground between both images, 0.2 heights apart, as each camera sees them.
+        let gap_px = |camera: &Camera, back: f64| {
+            let [a, b] = [-0.02, 0.02]
+                .map(|right_m| camera.frame_from_body(BodyOffset { right_m, ahead_m: 0.2 - back }).unwrap());
+            b[0] - a[0]
+        };
+        let growth = |camera: &Camera| (gap_px(camera, 0.2) / gap_px(camera, 0.0)).ln();
+        assert!(growth(&level_camera).abs() < 1e-9);
+        let found = step(&motion(0.0, -100.0, 0.0), &level(400, 300), &level(400, 300), lean_rad);
+        let share = growth(&camera).abs() / found.climb_sigma;
+        assert!((0.7..1.4).contains(&share), "the growth is one of the stated sigmas: {share}");
     }
 
     /// A pattern on the ground seen by a tilted camera.
@@ -271,7 +298,7 @@ mod tests {
             height_offset_ratio: 0.03,
             height_noise_ratio: 0.01,
         };
-        let turned = step(&motion(0.0, -50.0, 30.0), &level(400, 300), &level(400, 300));
+        let turned = step(&motion(0.0, -50.0, 30.0), &level(400, 300), &level(400, 300), 0.0);
         assert!(image(10.0, 0.0).agrees_with_compass(&image(41.0, 0.0), &turned, &sigmas));
         assert!(image(350.0, 0.0).agrees_with_compass(&image(19.0, 0.0), &turned, &sigmas));
         assert!(!image(10.0, 0.0).agrees_with_compass(&image(20.0, 0.0), &turned, &sigmas));

@@ -55,17 +55,15 @@ pub struct Navigator<'a> {
     clock: ImageClock,
     images: ImageHistory,
     stuck_sensors: StuckSensors,
-    /// The filters at the last image.
     hypotheses: Hypotheses,
     keyframes: Keyframes,
     velocity: Velocity,
-    /// The velocity at the last accepted fix.
+    /// That at the last accepted fix.
     unaided_velocity: Velocity,
     /// The time of the last image with an accepted fix, and the filter there after the update.
     last_fix: Option<(f64, NavigationFilter)>,
-    /// One standard deviation per axis of the nadir by the last image's attitude, as a ratio of the height. Registration measures
-    /// the ground under the image's centre, and the filters estimate the point that the stated attitude puts straight
-    /// below it. The attitude's error is common to all images, so no number of fixes reduces it.
+    /// One standard deviation per axis of the nadir by the last image's attitude, as a ratio of the height. The filters estimate the
+    /// point that the stated attitude puts straight below; its error is common to all images, so no number of fixes reduces it.
     tilt_sigma_ratio: f64,
     widening: SearchWidening,
     /// An absolute registration whose result is not due yet.
@@ -251,7 +249,7 @@ impl<'a> Navigator<'a> {
         }
     }
 
-    /// Applies a time update to every filter. `from`: the filter that the update begins at, where this is not the last one.
+    /// Applies a time update to every filter. `from`: the filter that it begins at, where this is not the last one.
     fn apply(&mut self, update: ImageUpdate, from: Option<NavigationFilter>) -> Result<(), NavigateError> {
         if let Some(from) = from {
             // The pending registration began at an image that this update skips.
@@ -309,15 +307,13 @@ impl<'a> Navigator<'a> {
     fn is_absolute_due(&self) -> bool {
         match self.options.mode {
             Mode::RelativeOnly => false,
-            Mode::Sequential => self.images_since_absolute >= self.options.relative_count || self.is_in_doubt(),
+            // At once without a fix, after a failed search, and in doubt.
+            Mode::Sequential => {
+                let is_in_doubt = self.hypotheses.is_lost() || self.widening != SearchWidening::default();
+                self.images_since_absolute >= self.options.relative_count || is_in_doubt || self.last_fix.is_none()
+            }
             Mode::Parallel | Mode::Combined | Mode::Auto => true,
         }
-    }
-
-    /// Whether the sequential mode searches at once: there is no fix yet, the last search failed, or its fix was outside the
-    /// gate.
-    fn is_in_doubt(&self) -> bool {
-        self.hypotheses.is_lost() || self.widening != SearchWidening::default() || self.last_fix.is_none()
     }
 
     /// Whether the mode waits for the result of an absolute registration.
@@ -347,11 +343,10 @@ impl<'a> Navigator<'a> {
         let Some(pending) = self.pending.take_if(|p| p.done_s <= now_s) else { return Ok(()) };
         match &pending.answer {
             Answer::NoFix(no_fix) => {
-                let (hypotheses, place) = pending.tracked(&self.options.sensors)?;
-                if place.is_some() {
+                let (hypotheses, is_decided) = pending.tracked(&self.options.sensors)?;
+                if is_decided {
                     return self.use_updated(hypotheses, true, &pending);
                 }
-                // The places that were not decided on stay with the track.
                 self.hypotheses.keep_track(&hypotheses, &pending.updates, &self.options.sensors)?;
                 if !self.hypotheses.drop_alternative() {
                     self.widening.record_failure(no_fix.reason);

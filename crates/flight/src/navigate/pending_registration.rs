@@ -93,21 +93,20 @@ impl PendingRegistration {
 }
 
 impl PendingRegistration {
-    /// The filters at the image, updated with the first of its places that the track decides on, and that place; `None` where it decides
-    /// on none.
+    /// The filters at the image, updated with the first of its places that the track decides on, and whether it decides on one.
     ///
     /// # Errors
     /// As [`PendingRegistration::updated`].
-    pub fn tracked(&self, sensors: &SensorSigmas) -> Result<(Hypotheses, Option<&Fix>), NavigateError> {
+    pub fn tracked(&self, sensors: &SensorSigmas) -> Result<(Hypotheses, bool), NavigateError> {
         let mut hypotheses = self.hypotheses.clone();
         for place in &self.places {
             let measurement = measurement(&place.fix, &self.image)?;
             let evidence = PlaceEvidence { log10_false_alarms: place.log10_false_alarms, rival_m: place.rival_m };
             if hypotheses.update_place(&measurement, evidence, self.image.reading, sensors)? {
-                return Ok((hypotheses, Some(&place.fix)));
+                return Ok((hypotheses, true));
             }
         }
-        Ok((hypotheses, None))
+        Ok((hypotheses, false))
     }
 }
 

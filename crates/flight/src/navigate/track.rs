@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn a_track_of_its_own_needs_more_and_no_second_beside_it() {
         let mut track = Track::default();
-        let mut decide =
+        let decide =
             |track: &mut Track, at, log10| track.decided(&place(at), evidence(log10), READING, &SENSORS).unwrap();
         assert!(decide(&mut track, 0.0, -4.0).is_none());
         assert!(decide(&mut track, 2.0, -2.5).is_none(), "10^-6.5, less what was compared");

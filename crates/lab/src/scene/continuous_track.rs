@@ -1,10 +1,11 @@
 //! A flight without pauses: from one drawn point of the inner area to the next, in turns that an aircraft can fly, in a wind that
 //! changes slowly.
 
+use super::normal::normal;
 use super::pose::ScenePose;
-use super::track::{Shot, TrackPlan, normal, range};
+use super::track::{Shot, TrackPlan, range};
 use super::world::World;
-use rand::Rng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 
@@ -30,7 +31,8 @@ impl Drift {
 }
 
 /// Draws the shots of a flight without pauses.
-pub fn continuous_shots(plan: &TrackPlan, world: &World, rng: &mut ChaCha8Rng) -> Vec<Shot> {
+pub fn continuous_shots(plan: &TrackPlan, world: &World) -> Vec<Shot> {
+    let rng = &mut ChaCha8Rng::seed_from_u64(plan.seed);
     let most_turn_rad = 1.0 / TURN_RADIUS_STEPS;
     let (mut place, mut target) = (inner_point(plan, world, rng), inner_point(plan, world, rng));
     let mut bearing_rad = towards(place, target);

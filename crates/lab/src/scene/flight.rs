@@ -1,9 +1,11 @@
 //! `FlightPlan`: a flight over a world, as frames and the two files beside them.
 
+use super::continuous_track::continuous_shots;
 use super::exposure::{Exposure, Light};
 use super::files::write_jpeg;
+use super::normal::normal;
 use super::pose::{LensTable, SceneCamera, ScenePose, geodetic_at};
-use super::track::{Shot, TrackPlan, normal};
+use super::track::{Shot, TrackPlan};
 use super::world::World;
 use overfly_core::camera::Intrinsics;
 use rand::{Rng, SeedableRng};
@@ -60,7 +62,7 @@ impl FlightPlan {
     /// # Errors
     /// What writing the files fails with.
     pub fn fly(&self, world: &World, folder: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> io::Result<()> {
-        let shots = self.track.shots(world);
+        let shots = shots(&self.track, world);
         let lens = LensTable::new(&self.intrinsics);
         let size_px = [self.intrinsics.width_px as usize, self.intrinsics.height_px as usize];
         let done = AtomicUsize::new(0);
@@ -178,6 +180,11 @@ impl FlightPlan {
 const HEADER: &str = "image,time_s,true_latitude_deg,true_longitude_deg,true_heading_deg,height_agl_m,heading_deg,pitch_deg,\
 roll_deg,camera_latitude_deg,camera_longitude_deg,centre_latitude_deg,centre_longitude_deg,camera_z_m,ground_z_m,\
 true_height_agl_m,true_pitch_deg,true_roll_deg,relief_m,height_msl_m\n";
+
+/// The shots of a flight, of single lines or without pauses.
+fn shots(plan: &TrackPlan, world: &World) -> Vec<Shot> {
+    if plan.is_continuous { continuous_shots(plan, world) } else { plan.shots(world) }
+}
 
 /// What is true of a frame.
 #[derive(Debug, Clone, Copy)]

@@ -15,6 +15,7 @@ mod flight;
 mod lakes;
 mod mountains;
 pub mod noise;
+mod normal;
 mod objects;
 mod orthophoto;
 mod pose;

@@ -1,6 +1,6 @@
 //! `Terrain`: heights of the bare ground at the knots of a square grid, bilinear between them.
 
-use super::track::normal;
+use super::normal::normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

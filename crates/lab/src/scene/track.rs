@@ -1,6 +1,6 @@
 //! `Shot`: when, where and how each frame of a flight is taken; `TrackPlan` draws them.
 
-use super::continuous_track::continuous_shots;
+use super::normal::normal;
 use super::pose::ScenePose;
 use super::world::World;
 use rand::{Rng, SeedableRng};
@@ -50,9 +50,6 @@ impl TrackPlan {
     /// Draws the shots.
     pub fn shots(&self, world: &World) -> Vec<Shot> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        if self.is_continuous {
-            return continuous_shots(self, world, &mut rng);
-        }
         let mut shots = Vec::with_capacity(self.frames);
         let mut time_s = 0.0;
         while shots.len() < self.frames {
@@ -139,9 +136,4 @@ impl Line {
 /// An even number between two bounds.
 pub fn range(rng: &mut ChaCha8Rng, [low, high]: [f64; 2]) -> f64 {
     low + (high - low) * rng.random::<f64>()
-}
-
-/// Twelve uniform numbers less six: near enough to normal, and the same on every machine.
-pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
 }

@@ -1,7 +1,7 @@
 //! `IntegrityScore`: protection levels held against true errors.
 
-use super::negatives::upper95;
 use super::quantiles::Quantiles;
+use super::rate_bound::upper95;
 use serde::Serialize;
 
 /// An error and the protection level that was stated for it, metres; `None` where none was.

@@ -29,6 +29,7 @@ mod negatives;
 mod pairs;
 mod photo_cuts;
 mod quantiles;
+mod rate_bound;
 mod recorded_flight;
 mod relative_cost;
 mod relative_laws;

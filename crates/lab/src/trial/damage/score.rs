@@ -3,7 +3,7 @@
 use super::change::FileChange;
 use super::format::FrameFormat;
 use super::outcome::{DamageOutcome, DamageResult};
-use crate::trial::negatives::upper95;
+use crate::trial::rate_bound::upper95;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -5,7 +5,6 @@
 //! alarms is true.
 
 mod altered;
-mod bound;
 mod cell_hash;
 mod drawn;
 mod kind;
@@ -18,7 +17,6 @@ mod search;
 mod table;
 mod trial;
 
-pub use bound::upper95;
 pub use kind::NegativeKind;
 pub use outcome::{DrawnPattern, NegativeOutcome, NegativeSearch, TruePlace};
 pub use probability::ProbabilityBin;

@@ -1,7 +1,7 @@
 //! Whether the stated false-fix probability is true: stated beside observed, over searches whose true place was there to find.
 
-use super::bound::{lower95, upper95};
 use super::outcome::NegativeOutcome;
+use crate::trial::rate_bound::{lower95, upper95};
 use serde::Serialize;
 
 /// Upper ends of the bins. Up to the third a place is a fix.

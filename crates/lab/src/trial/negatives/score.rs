@@ -1,12 +1,12 @@
 //! `NegativeScore`: how often the search accepted a false fix, what this proves about the rate, and whether the
 //! stated false alarms are true.
 
-use super::bound::{lower95, upper95};
 use super::kind::NegativeKind;
 use super::outcome::NegativeOutcome;
 use super::probability::{ProbabilityBin, probability_bins};
 use super::repeating::PatternKind;
 use crate::trial::quantiles::Quantiles;
+use crate::trial::rate_bound::{lower95, upper95};
 use serde::Serialize;
 
 /// Evidence is compared down to this power of ten.
