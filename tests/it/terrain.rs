@@ -118,6 +118,60 @@ fn altered_dem(folder: &Path, key: [u16; 4]) {
     std::fs::write(folder.join("dem.tif"), bytes).unwrap();
 }
 
+/// A copy of the terrain model with GDAL's metadata: the directory is written once more, behind the pixels, with tag 42112.
+fn dem_with_metadata(folder: &Path, items: &[(&str, &str)]) {
+    let items = items.iter().map(|(name, text)| format!("<Item name=\"{name}\" sample=\"0\">{text}</Item>"));
+    let text = format!("<GDALMetadata>{}</GDALMetadata>\0", items.collect::<String>());
+    let mut bytes = std::fs::read(drawn().path("dem/dem.tif")).unwrap();
+    let entries = u16::from_le_bytes(bytes[8..10].try_into().unwrap());
+    let directory = bytes[10..10 + 12 * usize::from(entries)].to_vec();
+    let text_at = bytes.len() as u32;
+    bytes.extend(text.as_bytes());
+    bytes.resize(bytes.len().next_multiple_of(2), 0);
+    let directory_at = bytes.len() as u32;
+    bytes.extend((entries + 1).to_le_bytes());
+    bytes.extend(directory);
+    bytes.extend([42112u16, 2].map(u16::to_le_bytes).concat());
+    bytes.extend([text.len() as u32, text_at, 0].map(u32::to_le_bytes).concat());
+    bytes[4..8].copy_from_slice(&directory_at.to_le_bytes());
+    std::fs::write(folder.join("dem.tif"), bytes).unwrap();
+}
+
+#[test]
+fn heights_in_steps_are_metres_and_feet_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let build = "build --db new.gpkg --terrain dem.tif";
+    for (item, told) in [
+        (("UNITTYPE", "ft"), "another unit than the metre"),
+        (("SCALE", "0,1"), "is no number"),
+        (("SCALE", "-1"), "upside down"),
+        (("OFFSET", "nan"), "is no number"),
+    ] {
+        dem_with_metadata(here, &[item]);
+        let (_, said) = refusal(here, build);
+        assert!(said.contains(told) && said.contains("dem.tif"), "{said}");
+    }
+    dem_with_metadata(here, &[("SCALE", "1.5"), ("OFFSET", "-200"), ("UNITTYPE", "Metre")]);
+    summary(here, build);
+    let [plain, scaled] = [drawn().path("hills.gpkg"), here.join("new.gpkg")].map(|db| {
+        let store = Reader::open(&db).unwrap();
+        let (layer, _) = store.terrain().unwrap();
+        let middle = WorldPixel::from_geodetic(layer.bounds_deg.middle().unwrap(), layer.base_zoom).unwrap();
+        store
+            .heights(layer, [middle.x_px as i64 - 90, middle.y_px as i64 - 90], [180, 180])
+            .unwrap()
+            .heights_m()
+            .to_vec()
+    });
+    // Heights are rounded to 0.2 m before and after they are resampled.
+    let known = plain.iter().zip(&scaled).filter(|(plain_m, _)| plain_m.is_finite());
+    assert!(known.clone().count() > 10_000);
+    for (plain_m, scaled_m) in known {
+        assert!((1.5 * plain_m - 200.0 - scaled_m).abs() <= 0.5, "{plain_m} {scaled_m}");
+    }
+}
+
 #[test]
 fn frames_on_slopes_are_located_where_a_plane_would_refuse_them() {
     let drawn = drawn();

@@ -1,5 +1,6 @@
 //! `Bands`: how a TIFF's samples become colours and validity.
 
+use super::vertical::HeightScale;
 use crate::raster::block::PixelBlock;
 use crate::raster::error::RasterError;
 use crate::raster::gdal_metadata::{metadata_xml, parse_items};
@@ -20,8 +21,8 @@ enum ColourModel {
     Rgb,
     /// One sample is an index of colours.
     Palette(Vec<[u8; 3]>),
-    /// One sample is a height, metres.
-    Height,
+    /// One sample is a height.
+    Height(HeightScale),
 }
 
 /// The type of one stored sample.
@@ -65,7 +66,9 @@ impl Bands {
         let photometric = image.photometric_interpretation_enum();
         let samples = layout.samples_per_pixel;
         let colours = match photometric {
-            Some(PhotometricInterpretation::MinIsBlack) if options.heights && samples == 1 => ColourModel::Height,
+            Some(PhotometricInterpretation::MinIsBlack) if options.heights && samples == 1 => {
+                ColourModel::Height(HeightScale::from_image(path, image)?)
+            }
             _ if options.heights => {
                 return Err(unsupported(format!("it holds no heights: {samples} samples a pixel, not one")));
             }
@@ -94,7 +97,7 @@ impl Bands {
             }
         };
         let stretch = match (options.stretch, sample_type, &colours) {
-            (_, _, ColourModel::Palette(_) | ColourModel::Height) => (0.0, 255.0),
+            (_, _, ColourModel::Palette(_) | ColourModel::Height(_)) => (0.0, 255.0),
             (Some((low, high)), _, _) if low.is_finite() && high.is_finite() && low < high => (low, high),
             (Some((low, high)), _, _) => return Err(RasterError::BadStretch { path: path.into(), low, high }),
             (None, SampleType::U8, _) => (0.0, f64::from((1u32 << bits) - 1)),
@@ -122,12 +125,7 @@ impl Bands {
             return None;
         }
         let plain = self.sample_type == SampleType::U8 && self.stretch == (0.0, 255.0);
-        if plain
-            && self.colours != ColourModel::Height
-            && mask.is_none()
-            && self.alpha.is_none()
-            && self.no_data.is_none()
-        {
+        if plain && mask.is_none() && self.alpha.is_none() && self.no_data.is_none() {
             match (&self.colours, self.samples) {
                 (ColourModel::Rgb, 3) => return Some(PixelBlock { width_px, height_px, channels: 3, data: samples }),
                 (ColourModel::Gray { inverted: false }, 1) => {
@@ -166,7 +164,9 @@ impl Bands {
         if self.alpha.is_some_and(|(i, opaque)| at(i) < opaque / 2.0) {
             return false;
         }
-        if self.colours == ColourModel::Height && step_of(at(0)).is_none() {
+        if let ColourModel::Height(scale) = &self.colours
+            && step_of(scale.metres(at(0))).is_none()
+        {
             return false;
         }
         let shown = if self.colours == ColourModel::Rgb { 3 } else { 1 };
@@ -193,8 +193,8 @@ impl Bands {
                 let index = self.sample_type.value(stored) as usize;
                 pixel[..3].copy_from_slice(&colours.get(index).copied().unwrap_or_default());
             }
-            ColourModel::Height => {
-                let step = step_of(self.sample_type.value(stored)).unwrap_or_default();
+            ColourModel::Height(scale) => {
+                let step = step_of(scale.metres(self.sample_type.value(stored))).unwrap_or_default();
                 pixel[..2].copy_from_slice(&step.to_be_bytes());
             }
         }
