@@ -2,7 +2,7 @@
 
 use overfly_core::camera::Intrinsics;
 use overfly_core::geodesy::Geodetic;
-use overfly_core::tile::WorldPixel;
+use overfly_core::tile::{HeightGrid, WorldPixel};
 use overfly_lab::scene::{
     Exposure, FlightPlan, MapWarp, OrthophotoPlan, SceneDate, Sun, TrackPlan, TrueColumns, World, mountains,
     write_heights, write_map,
@@ -159,7 +159,7 @@ fn heights_in_steps_are_metres_and_feet_are_refused() {
         let (layer, _) = store.terrain().unwrap();
         let middle = WorldPixel::from_geodetic(layer.bounds_deg.middle().unwrap(), layer.base_zoom).unwrap();
         store
-            .heights(layer, [middle.x_px as i64 - 90, middle.y_px as i64 - 90], [180, 180])
+            .heights(layer, layer.base_zoom, [middle.x_px as i64 - 90, middle.y_px as i64 - 90], [180, 180])
             .unwrap()
             .heights_m()
             .to_vec()
@@ -200,7 +200,7 @@ fn stored_heights_are_those_of_the_file() {
         let (centre, bare_m) = (Geodetic::from_degrees(cells[11], cells[12]).unwrap(), cells[14]);
         let at = WorldPixel::from_geodetic(centre, layer.base_zoom).unwrap();
         let corner = [at.x_px as i64 - 3, at.y_px as i64 - 3];
-        let found = store.heights(layer, corner, [8, 8]).unwrap().at(at, layer.base_zoom).unwrap();
+        let found = store.heights(layer, layer.base_zoom, corner, [8, 8]).unwrap().at(at, layer.base_zoom).unwrap();
         assert!((found - bare_m).abs() < 14.0, "{found} {bare_m}");
         compared += 1;
     }
@@ -212,9 +212,31 @@ fn stored_heights_are_those_of_the_file() {
         layer.bounds_deg.middle().unwrap().longitude_deg(),
     );
     let middle = WorldPixel::from_geodetic(middle.unwrap(), layer.base_zoom).unwrap();
-    let all = store.heights(layer, [middle.x_px as i64 - 90, middle.y_px as i64 - 90], [180, 180]).unwrap();
+    let all =
+        store.heights(layer, layer.base_zoom, [middle.x_px as i64 - 90, middle.y_px as i64 - 90], [180, 180]).unwrap();
     let known = all.heights_m().iter().filter(|h| h.is_finite()).map(|h| f64::from(*h));
     assert!(known.clone().count() > 10_000 && known.clone().all(|h| h > low - 5.0 && h < high + 5.0));
+}
+
+#[test]
+fn a_fine_terrain_is_kept_at_5_m_and_read_no_finer_than_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    write_heights(&folder.path().join("dem.tif"), &world(1, 150.0).terrain.surveyed(2.0, 1.0, 5)).unwrap();
+    summary(folder.path(), "build --db new.gpkg --terrain dem.tif");
+    let store = Reader::open(&folder.path().join("new.gpkg")).unwrap();
+    let (layer, _) = store.terrain().unwrap();
+    assert_eq!(layer.base_zoom, 14);
+    let middle = layer.bounds_deg.middle().unwrap();
+    let window = |zoom: u8, size: usize| {
+        let at = WorldPixel::from_geodetic(middle, zoom).unwrap();
+        let corner = [at.x_px, at.y_px].map(|px| px as i64 - size as i64 / 2);
+        store.heights(layer, zoom, corner, [size; 2]).unwrap()
+    };
+    let (fine, coarse, too_coarse, finer) = (window(14, 160), window(11, 20), window(3, 2), window(15, 9));
+    let at = WorldPixel::from_geodetic(middle, 14).unwrap();
+    assert!((fine.at(at, 14).unwrap() - coarse.at(at, 14).unwrap()).abs() < 8.0);
+    let unknown = |heights: &HeightGrid| heights.heights_m().iter().all(|height| height.is_nan());
+    assert!(coarse.heights_m().iter().all(|height| height.is_finite()) && unknown(&too_coarse) && unknown(&finer));
 }
 
 #[test]
@@ -320,7 +342,8 @@ fn merged_renamed_and_removed_terrain_keeps_its_heights() {
         let (layer, terrain) = store.terrain().map(|(layer, terrain)| (layer.clone(), *terrain)).unwrap();
         let middle = layer.bounds_deg.middle().unwrap();
         let at = WorldPixel::from_geodetic(middle, layer.base_zoom).unwrap();
-        let window = store.heights(&layer, [at.x_px as i64 - 20, at.y_px as i64 - 20], [40, 40]).unwrap();
+        let window =
+            store.heights(&layer, layer.base_zoom, [at.x_px as i64 - 20, at.y_px as i64 - 20], [40, 40]).unwrap();
         (window.heights_m().to_vec(), terrain)
     };
     let both = here.join("both.gpkg");

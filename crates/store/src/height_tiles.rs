@@ -28,14 +28,25 @@ impl Reader {
         self.finished_layers().find_map(|layer| layer.terrain.as_ref().map(|terrain| (layer, terrain)))
     }
 
-    /// The heights of a window of a layer of heights, at its base zoom; unknown where it has none. Columns may run past the
-    /// antimeridian. Onboard, a damaged tile counts as unknown.
+    /// The heights of a window of a layer of heights, at its base zoom or a coarser one, where each is the mean of those that it covers;
+    /// unknown where it has none. Columns may run past the antimeridian. Onboard, a damaged tile counts as unknown. Memory is that of the
+    /// window and one tile.
     ///
     /// # Errors
     /// Where the layer is unfinished or a tile is damaged.
-    pub fn heights(&self, layer: &Layer, corner_px: [i64; 2], size_px: [usize; 2]) -> Result<HeightGrid, StoreError> {
-        let mut window = HeightGrid::unknown(layer.base_zoom, corner_px, size_px);
-        let size = i64::from(TILE_SIZE_PX);
+    pub fn heights(
+        &self,
+        layer: &Layer,
+        zoom: u8,
+        corner_px: [i64; 2],
+        size_px: [usize; 2],
+    ) -> Result<HeightGrid, StoreError> {
+        let mut window = HeightGrid::unknown(zoom, corner_px, size_px);
+        let coarser_by = layer.base_zoom.saturating_sub(zoom);
+        let size = i64::from(TILE_SIZE_PX) >> coarser_by;
+        if zoom > layer.base_zoom || size == 0 {
+            return Ok(window);
+        }
         let tiles = |axis: usize| {
             corner_px[axis].div_euclid(size)..=(corner_px[axis] + size_px[axis] as i64 - 1).div_euclid(size)
         };
@@ -45,7 +56,7 @@ impl Reader {
                 let Ok(tile) = TileId::new(layer.base_zoom, column.rem_euclid(matrix) as u32, row as u32) else {
                     continue;
                 };
-                if let Some(known) = self.height_tile(layer, tile)? {
+                if let Some(known) = self.height_tile(layer, tile, coarser_by)? {
                     let copies = (column - i64::from(tile.column())) * size;
                     window.paste_shifted(&known, copies);
                 }
@@ -54,14 +65,15 @@ impl Reader {
         Ok(window)
     }
 
-    fn height_tile(&self, layer: &Layer, tile: TileId) -> Result<Option<Arc<HeightGrid>>, StoreError> {
-        self.ground.heights.get((0, tile), || {
+    fn height_tile(&self, layer: &Layer, tile: TileId, coarser_by: u8) -> Result<Option<Arc<HeightGrid>>, StoreError> {
+        self.ground.heights.get((coarser_by.into(), tile), || {
             let encoded = match self.encoded_tile(layer, tile) {
                 Err(StoreError::DamagedTile { .. }) if self.is_onboard() => None,
                 other => other?,
             };
             let Some(encoded) = encoded else { return Ok(None) };
-            heights::decode(tile, &encoded.bytes).map(Some).map_err(|reason| self.damaged(layer, tile, reason))
+            let known = heights::decode(tile, &encoded.bytes).map_err(|reason| self.damaged(layer, tile, reason))?;
+            Ok(Some(if coarser_by == 0 { known } else { known.shrunk(coarser_by) }))
         })
     }
 }

@@ -6,7 +6,7 @@ use parking_lot::Mutex;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-/// The index of a layer, and a tile.
+/// The index of a layer (for heights: by how many levels a tile is shrunken), and a tile.
 type Key = (usize, TileId);
 
 /// An LRU cache of results by layer and tile. An entry is `None` where the layer has no such tile.

@@ -57,6 +57,27 @@ impl HeightGrid {
         is_whole.then_some(Self { zoom, left, top, width_px, heights_m })
     }
 
+    /// The grid at a zoom that is `levels` coarser: the mean of each block of pixels, unknown where less than half of it is known. The corner
+    /// and the size are multiples of the block, as those of a tile are.
+    pub fn shrunk(&self, levels: u8) -> Self {
+        let block = 1usize << levels;
+        let [width, height] = self.size_px().map(|n| n >> levels);
+        let mean = |i: usize| {
+            let (left, top) = (i % width * block, i / width * block);
+            let rows = (top..top + block).map(|y| &self.heights_m[y * self.width_px + left..][..block]);
+            let known = rows.flatten().filter(|height| height.is_finite()).map(|height| f64::from(*height));
+            let (sum, count) = known.fold((0.0, 0), |(sum, count), height| (sum + height, count + 1));
+            if 2 * count < block * block { f32::NAN } else { (sum / f64::from(count as u32)) as f32 }
+        };
+        Self {
+            zoom: self.zoom - levels,
+            left: self.left >> levels,
+            top: self.top >> levels,
+            width_px: width,
+            heights_m: (0..width * height).map(mean).collect(),
+        }
+    }
+
     /// The height at a point of the world at any zoom, metres, bilinear between pixel centres; `None` where one of the four around is
     /// unknown or outside.
     pub fn at(&self, point: WorldPixel, zoom: u8) -> Option<f64> {
@@ -111,6 +132,20 @@ mod tests {
         let at = |x: f64, y: f64| grid.at_offset([x, y]);
         assert!(at(3.5, 2.5).is_none() && at(3.0, 2.0).is_none() && at(1.5, 1.5).is_some());
         assert!(at(0.4, 2.0).is_none() && at(2.0, 4.6).is_none() && at(f64::NAN, 1.0).is_none());
+    }
+
+    #[test]
+    fn a_plane_shrunk_is_the_same_plane_and_a_gap_counts_by_its_share() {
+        let heights = (0..8 * 8).map(|i| (10 * (i % 8) + i / 8) as f32).collect();
+        let mut grid = HeightGrid::from_heights(12, [-16, 800], 8, heights).unwrap();
+        for hole in [0, 1, 8, 9, 2] {
+            grid.heights_m[hole] = f32::NAN;
+        }
+        let half = grid.shrunk(1);
+        assert_eq!((half.zoom(), half.size_px()), (11, [4, 4]));
+        assert!(half.heights_m()[0].is_nan() && half.heights_m()[1] > 20.0);
+        let at = WorldPixel { x_px: -12.0, y_px: 806.0 };
+        assert_eq!((half.at(at, 12), grid.shrunk(2).at_offset([1.5, 1.5])), (grid.at(at, 12), Some(55.0 + 5.5)));
     }
 
     #[test]

@@ -58,13 +58,14 @@ impl<'a> GroundHeights<'a> {
         Ok(self.window(zoom, [at.x_px, at.y_px], [at.x_px, at.y_px])?.at(at, zoom))
     }
 
-    /// The heights between two pixels of the world at a zoom.
+    /// The heights between two pixels of the world at a zoom, no finer than it: a fine terrain under a coarse view takes no more memory.
     fn window(&self, zoom: u8, from_px: [f64; 2], to_px: [f64; 2]) -> Result<HeightGrid, StoreError> {
-        let factor = 2f64.powi(i32::from(self.layer.base_zoom) - i32::from(zoom));
+        let read_at = zoom.min(self.layer.base_zoom);
+        let factor = 2f64.powi(i32::from(read_at) - i32::from(zoom));
         let corner = from_px.map(|px| (px * factor - RIM_PX).floor() as i64);
         let end = to_px.map(|px| (px * factor + RIM_PX).ceil() as i64);
         let size = [0, 1].map(|axis| (end[axis] - corner[axis]).max(1) as usize);
-        self.store.heights(self.layer, corner, size)
+        self.store.heights(self.layer, read_at, corner, size)
     }
 
     /// The heights under a grid whose nadir is a pose's, and beyond it on every side by a share of its size.

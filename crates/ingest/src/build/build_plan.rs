@@ -38,6 +38,9 @@ pub struct BuildPlan {
     pub up_to_date: bool,
 }
 
+/// Heights are kept no finer than 5 m: what stands on the ground is none of it, and a survey of 1 m would outweigh the imagery.
+const FINEST_TERRAIN_ZOOM: u8 = 14;
+
 impl BuildPlan {
     /// Makes a plan from the store's layer and the given sources.
     ///
@@ -48,7 +51,8 @@ impl BuildPlan {
         let sources = required_sources(request, draft, given)?;
         let kept = if request.replace_layer { None } else { draft.zoom_override };
         let zoom_override = request.zoom.or(kept);
-        let natural = sources.iter().map(natural_zoom).max().unwrap_or(0);
+        let finest = request.terrain.map_or(u8::MAX, |_| FINEST_TERRAIN_ZOOM);
+        let natural = sources.iter().map(natural_zoom).max().unwrap_or(0).min(finest);
         let base_zoom = zoom_override.unwrap_or(natural);
         let cover = cover(&sources, base_zoom)?;
         let (required, levels) = tile_inputs(&sources, &cover, request.terrain.is_some());
