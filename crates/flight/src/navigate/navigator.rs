@@ -15,7 +15,7 @@ use super::search_widening::SearchWidening;
 use super::stuck_sensors::StuckSensors;
 use super::time_update::TimeUpdate;
 use super::velocity::Velocity;
-use crate::locate::{Answer, Fix};
+use crate::locate::Answer;
 use overfly_core::coupling::Mode;
 use overfly_core::geodesy::Geodetic;
 use overfly_store::Reader;
@@ -338,10 +338,15 @@ impl<'a> Navigator<'a> {
         Ok(Some(self.pending.insert(pending).searched()))
     }
 
-    /// Uses the result of the pending registration, where it is due by `now_s`.
+    /// Updates the filters with the result of the pending registration, where it is due by `now_s`, as they were at its image, and applies
+    /// the time updates since.
     fn finish_pending(&mut self, now_s: f64) -> Result<(), NavigateError> {
         let Some(pending) = self.pending.take_if(|p| p.done_s <= now_s) else { return Ok(()) };
         match &pending.answer {
+            Answer::Fix(fix) => {
+                let (hypotheses, is_accepted) = pending.updated(fix, &self.options.sensors)?;
+                self.use_updated(hypotheses, is_accepted, &pending)
+            }
             Answer::NoFix(no_fix) => {
                 let (hypotheses, is_decided) = pending.tracked(&self.options.sensors)?;
                 if is_decided {
@@ -351,16 +356,9 @@ impl<'a> Navigator<'a> {
                 if !self.hypotheses.drop_alternative() {
                     self.widening.record_failure(no_fix.reason);
                 }
+                Ok(())
             }
-            Answer::Fix(fix) => self.update_fix(fix, &pending)?,
         }
-        Ok(())
-    }
-
-    /// Updates the filters with a fix, as they were at the image of the fix, and applies the time updates since.
-    fn update_fix(&mut self, fix: &Fix, pending: &PendingRegistration) -> Result<(), NavigateError> {
-        let (hypotheses, is_accepted) = pending.updated(fix, &self.options.sensors)?;
-        self.use_updated(hypotheses, is_accepted, pending)
     }
 
     /// Goes on with filters that were updated at the image of a registration.

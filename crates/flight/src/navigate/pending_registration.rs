@@ -90,9 +90,7 @@ impl PendingRegistration {
         let is_accepted = hypotheses.update_fix(&measurement, is_sure, self.image.reading, sensors)?;
         Ok((hypotheses, is_accepted))
     }
-}
 
-impl PendingRegistration {
     /// The filters at the image, updated with the first of its places that the track decides on, and whether it decides on one.
     ///
     /// # Errors
