@@ -2,15 +2,13 @@
 
 use super::camera_pose::CameraPose;
 use super::ground_heights::{GroundHeights, LaidGrid};
+use super::view_size::is_drawable;
 use overfly_core::camera::{Camera, GroundGrid, GroundView, Relief, render, render_on_relief};
 use overfly_core::feature::Structure;
 use overfly_core::pixels::Gray;
 use overfly_core::tile::Gsd;
 use overfly_store::StoreError;
 use std::collections::HashMap;
-
-/// A view larger than this in either direction is taken for one that sees the horizon.
-const MAX_VIEW_PX: usize = 4096;
 
 /// A frame with its camera, shrunk once for every level on which it is compared.
 pub struct FramePyramid<'a> {
@@ -74,13 +72,9 @@ impl<'a> FramePyramid<'a> {
         let Some((small, camera)) = self.shrunk.get(&pose.zoom) else { return Ok(None) };
         let Some(camera) = pose.camera(camera) else { return Ok(None) };
         let Some(LaidGrid { grid, relief }) = ground.laid(&camera, pose, gsd, fraction_px)? else { return Ok(None) };
-        let view = is_drawable(&grid).then(|| render_on_relief(small, &camera, pose.heading_rad, &grid, &relief));
-        Ok(view.map(|view| (view, relief)))
+        let view = render_on_relief(small, &camera, pose.heading_rad, &grid, &relief);
+        Ok(Some((view, relief)))
     }
-}
-
-fn is_drawable(grid: &GroundGrid) -> bool {
-    grid.width_px.max(grid.height_px) <= MAX_VIEW_PX
 }
 
 /// A frame whose gray levels span less than this is amplified to it: over water and in infrared a whole frame may lie within ten levels,

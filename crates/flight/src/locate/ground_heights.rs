@@ -1,6 +1,7 @@
 //! `GroundHeights`: the heights of a store's terrain, and the relief under a view.
 
 use super::camera_pose::CameraPose;
+use super::view_size::is_drawable;
 use overfly_core::camera::{Camera, GroundGrid, Relief};
 use overfly_core::geodesy::{BodyFrame, VerticalDatum};
 use overfly_core::tile::{Gsd, HeightGrid, WorldPixel};
@@ -77,7 +78,7 @@ impl<'a> GroundHeights<'a> {
     }
 
     /// The grid of a view through a pose, whose nadir lies `fraction_px` right of and below a pixel corner, with the relief under it;
-    /// `None` where the terrain does not cover all of it, or reaches up to the camera.
+    /// `None` where the terrain does not cover all of it, or reaches up to the camera, and where the view is larger than any that is made.
     ///
     /// # Errors
     /// Where a tile cannot be read.
@@ -89,7 +90,8 @@ impl<'a> GroundHeights<'a> {
         fraction_px: [f64; 2],
     ) -> Result<Option<LaidGrid>, StoreError> {
         let gsd_m_per_px = [gsd.east_m_per_px, gsd.north_m_per_px];
-        let Some(flat) = GroundGrid::around(camera, pose.heading_rad, gsd_m_per_px, 1.0) else { return Ok(None) };
+        let flat = GroundGrid::around(camera, pose.heading_rad, gsd_m_per_px, 1.0).filter(is_drawable);
+        let Some(flat) = flat else { return Ok(None) };
         let Some(centre) = image_centre(camera, pose, gsd) else { return Ok(None) };
         let heights = self.under(pose, &flat, BEYOND_SHARE)?;
         let Some(reference_m) = heights.at(centre, pose.zoom) else { return Ok(None) };
@@ -98,7 +100,7 @@ impl<'a> GroundHeights<'a> {
             return Ok(None);
         }
         let laid = GroundGrid::around_relief(camera, pose.heading_rad, gsd_m_per_px, 1.0, rises_m);
-        let Some(mut grid) = laid else { return Ok(None) };
+        let Some(mut grid) = laid.filter(is_drawable) else { return Ok(None) };
         grid.nadir_px = [grid.nadir_px[0] + fraction_px[0], grid.nadir_px[1] + fraction_px[1]];
         let heights = self.under(pose, &grid, 0.0)?;
         let relief = relief(&heights, pose, &grid, reference_m);

@@ -51,6 +51,7 @@ mod tilt_freedom;
 mod trace;
 mod tracked_place;
 mod verify;
+mod view_size;
 mod weighed_place;
 mod wide;
 mod window_pass;
