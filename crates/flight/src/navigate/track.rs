@@ -1,8 +1,11 @@
 //! `Track`: decides over several images on places that none of them decides on alone.
 //!
 //! Each such place has an evidence, the number of places as good that chance would give in its search. Places of successive images that
-//! lie as far apart as the aircraft moved are one track, and the logarithms of their evidence add; every pair that was compared counts as
-//! one more chance.
+//! lie as far apart as the aircraft moved are one track. Their evidence is combined by Fisher's method, since the product of many such
+//! numbers is small by chance alone; and every comparison that was made counts as one more chance.
+//!
+//! # References
+//! R. A. Fisher, *Statistical Methods for Research Workers*, 4th ed. (1932), section 21.1: combining probabilities.
 
 use super::error::FilterError;
 use super::filter::{Gate, NavigationFilter, Residual};
@@ -12,7 +15,7 @@ use super::measurements::{FixMeasurement, SensorReading, SensorSigmas};
 pub const TRACK_GATE: Gate = Gate { max_nis: 13.8 };
 /// A place that agrees with a filter which an accepted fix has told where it is needs, with those before it since that fix, no more
 /// evidence than this.
-const KNOWN_LOG10_FALSE_ALARMS: f64 = -2.0;
+const KNOWN_LOG10_FALSE_ALARMS: f64 = -3.0;
 /// A track without such a filter needs this, a decade more than a single image.
 const UNKNOWN_LOG10_FALSE_ALARMS: f64 = -7.0;
 /// A second track with this much evidence makes the first ambiguous.
@@ -46,19 +49,44 @@ impl PlaceEvidence {
 /// The tracks since the last accepted fix.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
-    /// Sum of the evidence of places that agree with the filter.
-    with_filter: f64,
+    /// The evidence of places that agree with the filter.
+    with_filter: CombinedEvidence,
     /// Tracks of their own, best first.
     own: Vec<OwnTrack>,
-    /// Pairs of a track and a place that were compared.
-    compared: f64,
+    /// Comparisons of a place with the filter or with a track.
+    compared: u32,
 }
 
 #[derive(Debug, Clone)]
 struct OwnTrack {
     filter: NavigationFilter,
-    log10_false_alarms: f64,
+    evidence: CombinedEvidence,
+}
+
+/// The evidence of several places for one track.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct CombinedEvidence {
+    /// Sum of their log10, none of which is above 0.
+    log10_product: f64,
     places: u32,
+}
+
+impl CombinedEvidence {
+    fn with(self, evidence: PlaceEvidence) -> Self {
+        let log10_product = self.log10_product + evidence.log10_false_alarms.min(0.0);
+        Self { log10_product, places: self.places + 1 }
+    }
+
+    /// log10 of the number of tracks as good that chance gives in some comparisons: P times the sum of (-ln P)^k / k! over k below the
+    /// number of places, with P the product.
+    fn log10_false_alarms(self, compared: u32) -> f64 {
+        let x = -self.log10_product * std::f64::consts::LN_10;
+        let (_, sum) = (1..self.places).fold((1.0, 1.0), |(term, sum), k| {
+            let term = term * x / f64::from(k);
+            (term, sum + term)
+        });
+        self.log10_product + f64::log10(sum) + f64::from(compared.max(1)).log10()
+    }
 }
 
 impl Track {
@@ -84,11 +112,12 @@ impl Track {
         evidence: PlaceEvidence,
     ) -> Result<bool, FilterError> {
         let residual = filter.fix_residual(place, TRACK_GATE)?;
+        self.compared = self.compared.saturating_add(1);
         if !residual.is_accepted || !evidence.is_told_from_rival(&residual) {
             return Ok(false);
         }
-        self.with_filter += evidence.log10_false_alarms.min(0.0);
-        Ok(self.with_filter <= KNOWN_LOG10_FALSE_ALARMS)
+        self.with_filter = self.with_filter.with(evidence);
+        Ok(self.with_filter.log10_false_alarms(self.compared) <= KNOWN_LOG10_FALSE_ALARMS)
     }
 
     /// Joins a place to the tracks that it continues, and starts one there. Returns the filter of a track that now has evidence enough,
@@ -108,24 +137,24 @@ impl Track {
         }
         let mut joined = Vec::new();
         for track in &self.own {
-            self.compared += 1.0;
+            self.compared = self.compared.saturating_add(1);
             let mut filter = track.filter.clone();
             if filter.update_fix(place, TRACK_GATE)?.is_accepted {
-                let log10_false_alarms = track.log10_false_alarms + evidence.log10_false_alarms;
-                joined.push(OwnTrack { filter, log10_false_alarms, places: track.places + 1 });
+                joined.push(OwnTrack { filter, evidence: track.evidence.with(evidence) });
             }
         }
         let mut filter = NavigationFilter::new(place.position, UNKNOWN_SIGMA_M, reading, sensors);
         filter.update_fix(place, Gate::OPEN)?;
-        joined.push(OwnTrack { filter, log10_false_alarms: evidence.log10_false_alarms, places: 1 });
+        joined.push(OwnTrack { filter, evidence: CombinedEvidence::default().with(evidence) });
         self.own.extend(joined);
-        self.own.sort_by(|a, b| a.log10_false_alarms.total_cmp(&b.log10_false_alarms));
+        let log10_false_alarms = |track: &OwnTrack| track.evidence.log10_false_alarms(self.compared);
+        self.own.sort_by(|a, b| log10_false_alarms(a).total_cmp(&log10_false_alarms(b)));
         self.own.truncate(MOST_TRACKS);
-        let Some(best) = self.own.first().filter(|best| best.places > 1) else { return Ok(None) };
+        let Some(best) = self.own.first().filter(|best| best.evidence.places > 1) else { return Ok(None) };
         let is_other = |track: &&OwnTrack| !is_one_place(&best.filter, &track.filter);
-        let second = self.own[1..].iter().find(is_other).map_or(0.0, |track| track.log10_false_alarms);
-        let charged = best.log10_false_alarms + self.compared.max(1.0).log10();
-        let is_decided = charged <= UNKNOWN_LOG10_FALSE_ALARMS && second > AMBIGUOUS_LOG10_FALSE_ALARMS;
+        let is_rival = |track: &OwnTrack| track.evidence.log10_product <= AMBIGUOUS_LOG10_FALSE_ALARMS;
+        let is_alone = !self.own[1..].iter().filter(is_other).any(is_rival);
+        let is_decided = log10_false_alarms(best) <= UNKNOWN_LOG10_FALSE_ALARMS && is_alone;
         Ok(is_decided.then(|| best.filter.clone()))
     }
 }
@@ -175,9 +204,34 @@ mod tests {
     fn places_that_agree_with_a_filter_add_until_they_are_enough() {
         let filter = NavigationFilter::new(start(), 6.0, READING, &SENSORS);
         let mut track = Track::default();
-        assert!(!track.agrees_with(&filter, &place(5.0), evidence(-1.2)).unwrap());
+        assert!(!track.agrees_with(&filter, &place(5.0), evidence(-2.4)).unwrap());
         assert!(!track.agrees_with(&filter, &place(200.0), evidence(-5.9)).unwrap(), "it lies elsewhere");
-        assert!(track.agrees_with(&filter, &place(-4.0), evidence(-1.0)).unwrap());
+        assert!(track.agrees_with(&filter, &place(-4.0), evidence(-2.4)).unwrap());
+    }
+
+    #[test]
+    fn places_as_chance_gives_them_never_add_up() {
+        let filter = NavigationFilter::new(start(), 6.0, READING, &SENSORS);
+        let mut track = Track::default();
+        for i in 0..500 {
+            // The numbers of false alarms of places by chance spread evenly over [0, 1].
+            let chance = (f64::from(i) * 0.618_034 + 0.01).fract();
+            assert!(!track.agrees_with(&filter, &place(2.0), evidence(chance.log10())).unwrap(), "image {i}");
+        }
+    }
+
+    #[test]
+    fn combined_evidence_is_the_tail_of_a_product_of_even_numbers() {
+        // P(u v w <= p) for three numbers even over [0, 1], by the sum over a grid of the first two.
+        let of = |log10s: [f64; 3]| {
+            let sum = log10s.into_iter().map(evidence).fold(CombinedEvidence::default(), CombinedEvidence::with);
+            10f64.powf(sum.log10_false_alarms(1))
+        };
+        let (product, steps) = (10f64.powf(-1.3), 2000);
+        let middle = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+        let cells = (0..steps).flat_map(|i| (0..steps).map(move |j| middle(i) * middle(j)));
+        let tail = cells.map(|uv| (product / uv).min(1.0)).sum::<f64>() / f64::from(steps).powi(2);
+        assert!((of([-1.0, -0.2, -0.1]) / tail - 1.0).abs() < 0.01, "{tail}");
     }
 
     #[test]
@@ -194,8 +248,11 @@ mod tests {
         let decide =
             |track: &mut Track, at, log10| track.decided(&place(at), evidence(log10), READING, &SENSORS).unwrap();
         assert!(decide(&mut track, 0.0, -4.0).is_none());
-        assert!(decide(&mut track, 2.0, -2.5).is_none(), "10^-6.5, less what was compared");
-        let filter = decide(&mut track, 1.0, -2.0).expect("three places agree");
+        assert!(
+            decide(&mut track, 2.0, -3.5).is_none(),
+            "10^-7.5 is a product of two, which chance gives once in 10^6.2"
+        );
+        let filter = decide(&mut track, 1.0, -3.5).expect("three places agree");
         assert!(LocalFrame::at(start()).enu_from_geodetic(filter.position()).length_m() < 5.0);
         let mut two = Track::default();
         decide(&mut two, 0.0, -4.5);
