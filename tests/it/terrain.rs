@@ -277,12 +277,16 @@ fn a_datum_is_never_guessed() {
     assert!(code == "no_vertical_datum" && said.contains("--terrain-datum") && said.contains("dem.tif"), "{said}");
     altered_dem(here, [4096, 0, 1, 5703]);
     assert!(refusal(here, build).1.contains("EPSG:5703"));
+    let (code, said) = refusal(here, &format!("{build} --terrain-datum egm96"));
+    assert!(code == "other_vertical_datum" && said.contains("EPSG:5703"), "{said}");
     altered_dem(here, [4096, 0, 1, 5773]);
     let (code, said) = refusal(here, &format!("{build} --terrain-datum egm2008"));
     assert!(code == "other_vertical_datum" && said.contains("above egm96"), "{said}");
-    altered_dem(here, [4099, 0, 1, 9002]);
-    let (_, said) = refusal(here, &format!("{build} --terrain-datum egm96"));
-    assert!(said.contains("another unit than the metre"), "{said}");
+    for unit in [9002, 32_767] {
+        altered_dem(here, [4099, 0, 1, unit]);
+        let (_, said) = refusal(here, &format!("{build} --terrain-datum egm96"));
+        assert!(said.contains("another unit than the metre"), "{said}");
+    }
     assert!(!here.join("new.gpkg").exists(), "nothing was written");
     altered_dem(here, [4096, 0, 1, 0]);
     let built = summary(here, &format!("{build} --terrain-datum ellipsoid"));
@@ -300,6 +304,8 @@ fn imagery_is_no_terrain_and_terrain_no_imagery() {
     let drawn = drawn();
     let (_, said) = refusal(drawn.folder(), "build --db new.gpkg --terrain map --terrain-datum egm96");
     assert!(said.contains("map.jpg"), "{said}");
+    let (code, said) = refusal(drawn.folder(), "build --db hills.gpkg map --layer terrain --horizontal-error-m 2");
+    assert!(code == "no_such_layer" && said.contains("heights"), "{said}");
     let (code, said) =
         refusal(drawn.folder(), "fix --db hills.gpkg --image flight/frames/0000.jpg --gsd-m-per-px 5 --layer terrain");
     assert!(code == "no_such_layer" && said.contains("heights"), "{said}");

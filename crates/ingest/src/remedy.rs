@@ -41,6 +41,8 @@ pub enum Remedy {
     StateTerrainDatum,
     /// Bring all heights to one surface, or build the terrain anew.
     OneTerrainDatum,
+    /// Name the heights again beside the new ones, or build the terrain anew.
+    NameHeightsAgain,
     /// Convert the heights to metres.
     HeightsInMetres,
     /// Check the source's mask, nodata value and pixel size.

@@ -39,7 +39,9 @@ pub fn spell(remedy: &Remedy) -> String {
         Remedy::StateStretch => {
             "pass the values shown as black and white with --stretch LO,HI (gdalinfo -stats shows their range)".into()
         }
-        Remedy::StateTerrainDatum | Remedy::OneTerrainDatum | Remedy::HeightsInMetres => spell_terrain(remedy).into(),
+        Remedy::StateTerrainDatum | Remedy::OneTerrainDatum | Remedy::NameHeightsAgain | Remedy::HeightsInMetres => {
+            spell_terrain(remedy).into()
+        }
         Remedy::CheckValidPixels => "check its mask, nodata value and pixel size with gdalinfo".into(),
         Remedy::NameSources => "name files or folders of orthophotos".into(),
         Remedy::FinerZoom => "if they are smaller than a pixel there, pass a finer --zoom".into(),
@@ -81,6 +83,7 @@ fn spell_terrain(remedy: &Remedy) -> &'static str {
         Remedy::OneTerrainDatum => {
             "convert the heights with gdalwarp -s_srs and -t_srs, or build the terrain anew with --replace-terrain"
         }
+        Remedy::NameHeightsAgain => "name them beside the new ones, or build the terrain anew with --replace-terrain",
         _ => "convert them with gdal_calc.py or gdalwarp",
     }
 }

@@ -322,16 +322,9 @@ impl Hypotheses {
 #[cfg(test)]
 mod tests {
     use super::super::flight_limits::Manoeuvre;
+    use super::super::measurements::fixtures::{READING, SENSORS};
     use super::*;
     use overfly_core::geodesy::{Enu, Geodetic, Heading};
-
-    const SENSORS: SensorSigmas = SensorSigmas {
-        heading_offset_rad: 0.05,
-        heading_noise_rad: 0.05,
-        height_offset_ratio: 0.03,
-        height_noise_ratio: 0.03,
-    };
-    const READING: SensorReading = SensorReading { heading_rad: 0.0, height_m: 500.0 };
 
     fn at(north_m: f64) -> Geodetic {
         let origin = Geodetic::from_degrees(47.0, 8.0).unwrap();

@@ -114,3 +114,19 @@ mod tests {
         }
     }
 }
+
+/// What tests of filters take for sensors.
+#[cfg(test)]
+pub mod fixtures {
+    use super::{SensorReading, SensorSigmas};
+
+    /// Their standard deviations.
+    pub const SENSORS: SensorSigmas = SensorSigmas {
+        heading_offset_rad: 0.05,
+        heading_noise_rad: 0.05,
+        height_offset_ratio: 0.03,
+        height_noise_ratio: 0.03,
+    };
+    /// North, 500 m above ground.
+    pub const READING: SensorReading = SensorReading { heading_rad: 0.0, height_m: 500.0 };
+}

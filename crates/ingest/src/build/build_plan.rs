@@ -10,7 +10,7 @@ use super::recipe;
 use super::request::Request;
 use crate::raster::content_hash;
 use overfly_core::tile::TileId;
-use overfly_store::{Declaration, LayerState, Source};
+use overfly_store::{Declaration, LayerState, Source, StoreError};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
@@ -45,9 +45,10 @@ impl BuildPlan {
     /// Makes a plan from the store's layer and the given sources.
     ///
     /// # Errors
-    /// [`BuildError`] where a source to remove is unknown, no source remains, the tiles are too many, or an old source that
+    /// [`BuildError`] where heights are built into a layer of imagery or the reverse, a source to remove is unknown, no source remains, the tiles are too many, or an old source that
     /// is needed again is gone or altered.
     pub fn new(request: &Request, draft: &LayerState, given: &[DeclaredSource]) -> Result<Self, BuildError> {
+        require_same_kind(request, draft)?;
         let sources = required_sources(request, draft, given)?;
         let kept = if request.replace_layer { None } else { draft.zoom_override };
         let zoom_override = request.zoom.or(kept);
@@ -95,6 +96,19 @@ impl BuildPlan {
     }
 }
 
+/// Refuses imagery for a finished layer of heights, and heights for one of imagery.
+///
+/// # Errors
+/// [`StoreError::Heights`], [`StoreError::LayerExists`].
+fn require_same_kind(request: &Request, draft: &LayerState) -> Result<(), BuildError> {
+    let (path, name) = (request.db.clone(), request.layer.clone());
+    match (request.terrain, draft.terrain) {
+        (None, Some(_)) => Err(StoreError::Heights { path, name }.into()),
+        (Some(_), None) if draft.complete => Err(StoreError::LayerExists { path, name }.into()),
+        _ => Ok(()),
+    }
+}
+
 /// Returns the set of sources of the layer after the build, in covering order.
 fn required_sources(
     request: &Request,
@@ -108,6 +122,13 @@ fn required_sources(
         sources.retain(|source| !is_named(source, name));
         if sources.len() == before {
             return Err(BuildError::NoSuchSource { layer: layer(), name: name.clone() });
+        }
+    }
+    if request.terrain.is_some() && draft.terrain.is_none() {
+        // A killed build kept its sources, and not the surface that their heights are above.
+        let is_given = |old: &Source| given.iter().any(|one| one.source.content_hash == old.content_hash);
+        if let Some(old) = sources.iter().find(|old| !is_given(old)) {
+            return Err(BuildError::DatumLost { path: old.path.clone() });
         }
     }
     for one in given {
@@ -230,4 +251,39 @@ fn require_old_sources(
 fn morton(tile: TileId) -> u64 {
     let spread = |v: u32| (0..32).fold(0u64, |acc, bit| acc | (u64::from(v >> bit & 1) << (2 * bit)));
     spread(tile.column()) | spread(tile.row()) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use overfly_core::geodesy::VerticalDatum;
+    use overfly_store::Terrain;
+
+    fn source(name: &str) -> Source {
+        Source {
+            content_hash: [name.len() as u8; 32],
+            path: name.into(),
+            acquired: None,
+            crs_epsg: None,
+            stretch: None,
+            horizontal_error_m: None,
+            gsd_m_per_px: 30.0,
+            outline_deg: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn heights_that_a_killed_build_left_are_named_again_before_others_join_them() {
+        let terrain = Some(Terrain { vertical_datum: VerticalDatum::Egm2008, vertical_error_m: None });
+        let request = Request { terrain, ..Request::default() };
+        let killed = LayerState { pending: true, sources: vec![source("a.tif")], ..LayerState::default() };
+        let given = |name: &str| [DeclaredSource { source: source(name), pixels: 81, overridden_crs: None }];
+        let refused = required_sources(&request, &killed, &given("other.tif")).unwrap_err();
+        assert!(matches!(&refused, BuildError::DatumLost { path } if path == Path::new("a.tif")), "{refused}");
+        assert_eq!(required_sources(&request, &killed, &given("a.tif")).unwrap().len(), 1);
+        let finished = LayerState { terrain, complete: true, ..killed.clone() };
+        assert_eq!(required_sources(&request, &finished, &given("other.tif")).unwrap().len(), 2);
+        let anew = Request { replace_layer: true, ..request };
+        assert_eq!(required_sources(&anew, &killed, &given("other.tif")).unwrap().len(), 1);
+    }
 }

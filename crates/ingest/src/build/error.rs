@@ -120,6 +120,12 @@ pub enum BuildError {
         /// The vertical system that it states, where it states one.
         named: Option<String>,
     },
+    /// A source of heights that a killed build left, without the surface that they are above.
+    #[error("{}: a build that was cut off left these heights, and not what they are above", path.display())]
+    DatumLost {
+        /// The file.
+        path: PathBuf,
+    },
     /// Heights above another surface than the stated one, or than the terrain that the store has.
     #[error("{says}, not above {stated}")]
     OtherDatum {
@@ -174,7 +180,7 @@ impl BuildError {
             Self::FutureDate { .. } => "future_date",
             Self::DateChangesCover { .. } => "date_changes_cover",
             Self::Parameter { .. } => "parameter",
-            Self::NoDatum { .. } => "no_vertical_datum",
+            Self::NoDatum { .. } | Self::DatumLost { .. } => "no_vertical_datum",
             Self::OtherDatum { .. } | Self::MixedDatums { .. } => "other_vertical_datum",
             Self::TooManyTiles { .. } => "too_many_tiles",
             Self::Cancelled => "cancelled",
@@ -193,6 +199,7 @@ impl BuildError {
             Self::LastSource { .. } => Some(Remedy::RemoveLayer),
             Self::DateChangesCover { .. } => Some(Remedy::StateDatesInBuild),
             Self::NoDatum { .. } => Some(Remedy::StateTerrainDatum),
+            Self::DatumLost { .. } => Some(Remedy::NameHeightsAgain),
             Self::OtherDatum { .. } | Self::MixedDatums { .. } => Some(Remedy::OneTerrainDatum),
             Self::TooManyTiles { .. } => Some(Remedy::FewerTiles),
             Self::Cancelled => Some(Remedy::ResumeBuild),

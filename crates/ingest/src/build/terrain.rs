@@ -88,8 +88,14 @@ impl TerrainRequest {
         for path in &found {
             let said = match stated_datum(path) {
                 Ok(StatedDatum::Known(said)) => said,
-                Ok(StatedDatum::Other(named)) if self.vertical_datum.is_none() => {
-                    return Err(BuildError::NoDatum { path: path.clone(), named: Some(named) });
+                Ok(StatedDatum::Other(named)) => {
+                    return Err(match self.vertical_datum {
+                        None => BuildError::NoDatum { path: path.clone(), named: Some(named) },
+                        Some(stated) => {
+                            let says = format!("{} says its heights are above {named}", path.display());
+                            BuildError::OtherDatum { says, stated: stated.word() }
+                        }
+                    });
                 }
                 Ok(StatedDatum::Unstated) if self.vertical_datum.is_none() => {
                     return Err(BuildError::NoDatum { path: path.clone(), named: None });

@@ -95,8 +95,13 @@ pub fn stated_datum(path: &Path) -> Result<StatedDatum, RasterError> {
         let file = open_file(path)?;
         let (directories, _) = file_directories(path, &file)?;
         let keys = GeoKeys::from_image(&directories[0].image);
-        if let Some(unit) = keys.code(VERTICAL_UNIT).filter(|unit| *unit != METRE) {
-            let reason = format!("it counts heights in another unit than the metre (EPSG code {unit})");
+        let unit = match keys.code(VERTICAL_UNIT) {
+            Some(METRE) => None,
+            Some(code) => Some(format!("EPSG code {code}")),
+            None => keys.is_user_defined(VERTICAL_UNIT).then(|| "one of its own".into()),
+        };
+        if let Some(unit) = unit {
+            let reason = format!("it counts heights in another unit than the metre ({unit})");
             return Err(RasterError::Unsupported { path: path.into(), reason, remedy: Remedy::HeightsInMetres });
         }
         Ok(match (keys.code(VERTICAL_CRS), keys.code(GEODETIC_CRS)) {
